@@ -1,0 +1,61 @@
+"""Everything that RadioSLAM raises on purpose.
+
+    RadioSlamError
+    ├── LogError        a recording cannot be read or makes no sense
+    ├── ConfigError     an unknown key, or a value out of range
+    ├── MappingError    these walks cannot be mapped
+    │   └── GraphError  the pose graph is not one that can be solved
+    └── ResultError     a result folder cannot be written or read
+
+Each message is one line: what was expected, what came, what to do.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class RadioSlamError(Exception):
+    """Root of the tree; catch it to catch whatever this package raises on purpose."""
+
+
+class LogError(RadioSlamError):
+    """A recording cannot be read.
+
+    Attributes:
+        path: the file, line: its line (1-based) or None where the file as a whole is meant.
+    """
+
+    def __init__(
+        self, path: Path | str, expected: str, found: str, advice: str = "", line: int | None = None
+    ) -> None:
+        self.path, self.line = Path(path), line
+        place = f"{path}:{line}" if line else f"{path}"
+        super().__init__(f"{place}: expected {expected}, found {found}" + (f"; {advice}" if advice else ""))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Let the error cross process borders with its message."""
+        return (_rebuild_log_error, (str(self), self.path, self.line))
+
+
+def _rebuild_log_error(message: str, path: Path, line: int | None) -> LogError:
+    error = LogError.__new__(LogError)
+    RadioSlamError.__init__(error, message)
+    error.path, error.line = path, line
+    return error
+
+
+class ConfigError(RadioSlamError):
+    """The configuration has an unknown key or a value out of range."""
+
+
+class MappingError(RadioSlamError):
+    """The walks given cannot be made into a map."""
+
+
+class GraphError(MappingError):
+    """The pose graph is malformed: indices, information matrices or duplicate edges."""
+
+
+class ResultError(RadioSlamError):
+    """A result folder cannot be written, or is not one."""

@@ -1,0 +1,245 @@
+"""What one person recorded: radio scans, motion and, if somebody knows them, true positions.
+
+Everything is columnar (one array per quantity), validated once when it is made, and read-only afterwards.
+Times are seconds on the log's own clock, RSS is dBm, lengths are metres, angles radians.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from radioslam.errors import LogError
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+RSS_RANGE_DBM = (-127.0, 0.0)
+LONGEST_GAP_S = 600.0
+"""A motion stream that is silent for longer is two recordings, not one."""
+
+
+def _column(values: ArrayLike, dtype: type = np.float64) -> NDArray[np.generic]:
+    array = np.array(values, dtype=dtype)
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A sampled quantity: ``time_s`` (n,) that does not decrease, ``values`` (n, k), all finite."""
+
+    time_s: Array
+    values: Array
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "time_s", _column(self.time_s))
+        object.__setattr__(self, "values", _column(self.values))
+        if len(self.time_s) != len(self.values):
+            raise ValueError(f"{len(self.time_s)} times but {len(self.values)} values")
+        if not (np.isfinite(self.time_s).all() and np.isfinite(self.values).all()):
+            raise ValueError("a number is not finite")
+        if np.any(np.diff(self.time_s) < 0):
+            raise ValueError("times go backwards")
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Raw motion sensors of a phone, in the phone's own axes (Android: x right, y up, z out of the screen).
+
+    Attributes:
+        accelerometer: (n, 3) m/s², gravity included.
+        gyroscope: (n, 3) rad/s or None.
+        magnetometer: (n, 3) µT or None.
+        rotation_vector: (n, 4) unit quaternion x, y, z, w from phone to world (east, north, up), or None.
+    """
+
+    accelerometer: Signal
+    gyroscope: Signal | None = None
+    magnetometer: Signal | None = None
+    rotation_vector: Signal | None = None
+
+
+@dataclass(frozen=True)
+class RadioScans:
+    """Scans of one radio, a row per reading.
+
+    Attributes:
+        scan_time_s: (n_scans,) when each scan was read out; increasing.
+        reading_scan: (n_readings,) index into ``scan_time_s``, not decreasing.
+        reading_transmitter: (n_readings,) index into ``transmitters``.
+        rss_dbm: (n_readings,) received strength, in [-127, 0).
+        transmitters: identities (BSSID of WiFi; UUID and numbers, or address, of a beacon).
+        frequency_mhz: (n_readings,), NaN where unknown.
+        last_seen_s: (n_readings,) when the transmitter was really heard, NaN where unknown.
+    """
+
+    scan_time_s: Array
+    reading_scan: Integers
+    reading_transmitter: Integers
+    rss_dbm: Array
+    transmitters: tuple[str, ...]
+    frequency_mhz: Array
+    last_seen_s: Array
+
+    @staticmethod
+    def from_readings(
+        time_s: ArrayLike,
+        identity: Sequence[str],
+        rss_dbm: ArrayLike,
+        frequency_mhz: ArrayLike | None = None,
+        last_seen_s: ArrayLike | None = None,
+    ) -> RadioScans:
+        """Group readings (any order) into scans: readings of one time are one scan.
+
+        A transmitter that stands twice in a scan counts once, with the reading heard last, else the stronger.
+
+        Raises:
+            ValueError: a time is not finite or an RSS lies outside [-127, 0).
+        """
+        time = np.asarray(time_s, dtype=float)
+        rss = np.asarray(rss_dbm, dtype=float)
+        unknown = np.full(len(time), np.nan)
+        frequency = unknown if frequency_mhz is None else np.asarray(frequency_mhz, dtype=float)
+        seen = unknown if last_seen_s is None else np.asarray(last_seen_s, dtype=float)
+        if not np.isfinite(time).all():
+            raise ValueError("a scan time is not finite")
+        low, high = RSS_RANGE_DBM
+        if not np.all((rss >= low) & (rss < high)):
+            worst = rss[~((rss >= low) & (rss < high))][0]
+            raise ValueError(f"RSS {worst:g} dBm lies outside [{low:g}, {high:g})")
+        names, transmitter = np.unique(np.asarray(identity, dtype=np.str_), return_inverse=True)
+        scan_time, scan = np.unique(time, return_inverse=True)
+        order = np.lexsort((rss, np.nan_to_num(seen, nan=-np.inf), transmitter, scan))
+        key = scan[order] * max(len(names), 1) + transmitter[order]
+        keep = order[np.append(key[1:] != key[:-1], True)] if len(key) else order
+        return RadioScans(
+            scan_time_s=_column(scan_time),
+            reading_scan=_column(scan[keep], np.int64),
+            reading_transmitter=_column(transmitter[keep], np.int64),
+            rss_dbm=_column(rss[keep]),
+            transmitters=tuple(names.tolist()),
+            frequency_mhz=_column(frequency[keep]),
+            last_seen_s=_column(seen[keep]),
+        )
+
+    def __len__(self) -> int:
+        return len(self.scan_time_s)
+
+    @property
+    def reading_count(self) -> int:
+        """Number of readings over all scans."""
+        return len(self.rss_dbm)
+
+
+@dataclass(frozen=True)
+class Reference:
+    """True positions: ``time_s`` (n,) increasing, ``positions_xy`` (n, 2) in the building's frame.
+
+    One fix alone is a known start. ``origin_wgs84`` is the latitude and longitude (degrees) of the frame's zero where
+    it has one (x east, y north), so that logs of one site can be brought to one frame.
+    """
+
+    time_s: Array
+    positions_xy: Array
+    origin_wgs84: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        Signal(self.time_s, self.positions_xy)
+        object.__setattr__(self, "time_s", _column(self.time_s))
+        object.__setattr__(self, "positions_xy", _column(self.positions_xy))
+
+    def __len__(self) -> int:
+        return len(self.time_s)
+
+    def at(self, time_s: ArrayLike) -> Array:
+        """Positions (m, 2), linear between fixes, NaN before the first and after the last."""
+        x, y = self.positions_xy.T
+        return np.stack(
+            [np.interp(time_s, self.time_s, c, left=np.nan, right=np.nan) for c in (x, y)], axis=-1
+        )
+
+    def with_origin(self, origin_wgs84: tuple[float, float]) -> Reference:
+        """The same positions in the frame whose zero lies at another latitude and longitude."""
+        if self.origin_wgs84 is None or self.origin_wgs84 == origin_wgs84:
+            return self
+        from pymap3d import geodetic2enu
+
+        east, north, _ = geodetic2enu(*self.origin_wgs84, 0.0, *origin_wgs84, 0.0)
+        return replace(self, positions_xy=self.positions_xy + [east, north], origin_wgs84=origin_wgs84)
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One person's walk.
+
+    Attributes:
+        name: the log's file name without its endings; unique within a map.
+        wifi: WiFi scans.  ble: scans of Bluetooth beacons, or None.
+        odometry: planar poses (x, y, θ) of a tracker as a Signal (n, 3), or None.
+        inertial: raw sensors, or None. At least one of ``odometry`` and ``inertial`` is needed for mapping.
+        reference: true positions, or None.
+        device: the phone's model, "" if unknown.  floor: the floor's label, "" if unknown.
+        path: the file that it was read from, or None.
+        notes: oddities that the reader mended or left out, for people to read.
+    """
+
+    name: str
+    wifi: RadioScans
+    ble: RadioScans | None = None
+    odometry: Signal | None = None
+    inertial: Inertial | None = None
+    reference: Reference | None = None
+    device: str = ""
+    floor: str = ""
+    path: Path | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def start_s(self) -> float:
+        """The earliest time of motion or scan."""
+        return min(stream[0] for stream in self._clocks())
+
+    @property
+    def duration_s(self) -> float:
+        """Seconds from the first to the last time of motion or scan."""
+        return float(max(stream[-1] for stream in self._clocks()) - self.start_s)
+
+    def _clocks(self) -> Iterable[Array]:
+        motion = self.odometry or (self.inertial and self.inertial.accelerometer)
+        clocks = [self.wifi.scan_time_s] + ([motion.time_s] if motion else [])
+        return [clock for clock in clocks if len(clock)] or [np.zeros(1)]
+
+
+def check_walk(walk: Walk) -> Walk:
+    """Return the walk if it can be mapped.
+
+    Raises:
+        LogError: no scans, no motion, or a motion stream with a gap beyond ``LONGEST_GAP_S``.
+    """
+    path = walk.path or walk.name
+    if not len(walk.wifi):
+        raise LogError(path, "WiFi scans", "none", "record with location and WiFi switched on")
+    motion = walk.odometry if walk.odometry is not None else walk.inertial and walk.inertial.accelerometer
+    if motion is None or len(motion) < 2:
+        raise LogError(
+            path, "motion (odometry or accelerometer)", "none", "record inertial sensors with the scans"
+        )
+    gap = float(np.max(np.diff(motion.time_s)))
+    if gap > LONGEST_GAP_S:
+        at = motion.time_s[int(np.argmax(np.diff(motion.time_s)))]
+        raise LogError(
+            path, f"motion without gaps over {LONGEST_GAP_S:g} s", f"a jump of {gap:.0f} s after t = {at:.3f} s",
+            "split the log there",
+        )  # fmt: skip
+    overlap = (walk.wifi.scan_time_s >= motion.time_s[0]) & (walk.wifi.scan_time_s <= motion.time_s[-1])
+    if not overlap.any():
+        raise LogError(path, "scans during the motion", "two clocks that never meet", "put both on one clock")
+    return walk
