@@ -1,7 +1,7 @@
 """Planar rigid motions, SE(2), on arrays.
 
-A pose is (x, y, θ): metres, metres, radians counter-clockwise from the x axis (east), so that the point p of the
-pose's own frame lies at R(θ) p + (x, y). Every function takes poses of shape (..., 3) and broadcasts.
+A pose is (x, y, θ): metres, metres, radians counter-clockwise from the x axis (east), so that the point p of
+the pose's own frame lies at R(θ) p + (x, y). Every function takes poses of shape (..., 3) and broadcasts.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def inverse(a: ArrayLike) -> Array:
     return between(a, np.zeros_like(a))
 
 
-def interpolate(time_s: Array, poses: Array, at_s: ArrayLike) -> Array:
+def interpolate(time_s: Array, poses: Array, at_s: Array) -> Array:
     """Poses (m, 3) at the times ``at_s`` (m,), linear in x, y and along the shorter arc in θ.
 
     ``time_s`` (n,) must not decrease; outside of it the first or last pose holds.
@@ -71,7 +71,7 @@ def align_rigid(source_xy: Array, target_xy: Array) -> Array:
     source_mean, target_mean = source_xy.mean(axis=0), target_xy.mean(axis=0)
     a, b = source_xy - source_mean, target_xy - target_mean
     theta = np.arctan2(np.sum(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]), np.sum(a * b))
-    return np.append(target_mean - rotate(theta, source_mean), theta)
+    return np.concatenate([target_mean - rotate(theta, source_mean), [theta]])
 
 
 def transform(pose: Any, points_xy: Array) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,8 +24,9 @@ LONGEST_GAP_S = 600.0
 """A motion stream that is silent for longer is two recordings, not one."""
 
 
-def _column(values: ArrayLike, dtype: type = np.float64) -> NDArray[np.generic]:
-    array = np.array(values, dtype=dtype)
+def _column(values: ArrayLike, dtype: type = np.float64) -> Any:
+    """A read-only copy."""
+    array: NDArray[Any] = np.array(values, dtype=dtype)
     array.setflags(write=False)
     return array
 
@@ -143,8 +145,8 @@ class RadioScans:
 class Reference:
     """True positions: ``time_s`` (n,) increasing, ``positions_xy`` (n, 2) in the building's frame.
 
-    One fix alone is a known start. ``origin_wgs84`` is the latitude and longitude (degrees) of the frame's zero where
-    it has one (x east, y north), so that logs of one site can be brought to one frame.
+    One fix alone is a known start. ``origin_wgs84`` is the latitude and longitude (degrees) of the frame's
+    zero where it has one (x east, y north), so that logs of one site can be brought to one frame.
     """
 
     time_s: Array
@@ -159,7 +161,7 @@ class Reference:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def at(self, time_s: ArrayLike) -> Array:
+    def at(self, time_s: Array) -> Array:
         """Positions (m, 2), linear between fixes, NaN before the first and after the last."""
         x, y = self.positions_xy.T
         return np.stack(
@@ -173,7 +175,9 @@ class Reference:
         from pymap3d import geodetic2enu
 
         east, north, _ = geodetic2enu(*self.origin_wgs84, 0.0, *origin_wgs84, 0.0)
-        return replace(self, positions_xy=self.positions_xy + [east, north], origin_wgs84=origin_wgs84)
+        return replace(
+            self, positions_xy=self.positions_xy + np.array([east, north]), origin_wgs84=origin_wgs84
+        )
 
 
 @dataclass(frozen=True)
@@ -205,16 +209,22 @@ class Walk:
     @property
     def start_s(self) -> float:
         """The earliest time of motion or scan."""
-        return min(stream[0] for stream in self._clocks())
+        return float(min(clock[0] for clock in self._clocks()))
 
     @property
     def duration_s(self) -> float:
         """Seconds from the first to the last time of motion or scan."""
-        return float(max(stream[-1] for stream in self._clocks()) - self.start_s)
+        return float(max(clock[-1] for clock in self._clocks())) - self.start_s
+
+    @property
+    def motion(self) -> Signal | None:
+        """The stream that tells how the walker moved: the odometry, else the accelerometer."""
+        if self.odometry is not None:
+            return self.odometry
+        return self.inertial.accelerometer if self.inertial else None
 
     def _clocks(self) -> Iterable[Array]:
-        motion = self.odometry or (self.inertial and self.inertial.accelerometer)
-        clocks = [self.wifi.scan_time_s] + ([motion.time_s] if motion else [])
+        clocks = [self.wifi.scan_time_s] + ([self.motion.time_s] if self.motion else [])
         return [clock for clock in clocks if len(clock)] or [np.zeros(1)]
 
 
@@ -227,19 +237,15 @@ def check_walk(walk: Walk) -> Walk:
     path = walk.path or walk.name
     if not len(walk.wifi):
         raise LogError(path, "WiFi scans", "none", "record with location and WiFi switched on")
-    motion = walk.odometry if walk.odometry is not None else walk.inertial and walk.inertial.accelerometer
+    motion = walk.motion
     if motion is None or len(motion) < 2:
-        raise LogError(
-            path, "motion (odometry or accelerometer)", "none", "record inertial sensors with the scans"
-        )
-    gap = float(np.max(np.diff(motion.time_s)))
-    if gap > LONGEST_GAP_S:
-        at = motion.time_s[int(np.argmax(np.diff(motion.time_s)))]
-        raise LogError(
-            path, f"motion without gaps over {LONGEST_GAP_S:g} s", f"a jump of {gap:.0f} s after t = {at:.3f} s",
-            "split the log there",
-        )  # fmt: skip
-    overlap = (walk.wifi.scan_time_s >= motion.time_s[0]) & (walk.wifi.scan_time_s <= motion.time_s[-1])
-    if not overlap.any():
+        advice = "record inertial sensors with the scans"
+        raise LogError(path, "motion (odometry or accelerometer)", "none", advice)
+    gaps = np.diff(motion.time_s)
+    if gaps.max() > LONGEST_GAP_S:
+        jump = f"a jump of {gaps.max():.0f} s after t = {motion.time_s[gaps.argmax()]:.3f} s"
+        raise LogError(path, f"motion without gaps over {LONGEST_GAP_S:g} s", jump, "split the log there")
+    scans_s = walk.wifi.scan_time_s
+    if not np.any((scans_s >= motion.time_s[0]) & (scans_s <= motion.time_s[-1])):
         raise LogError(path, "scans during the motion", "two clocks that never meet", "put both on one clock")
     return walk
