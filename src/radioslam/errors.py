@@ -26,9 +26,7 @@ class LogError(RadioSlamError):
         path: the file, line: its line (1-based) or None where the file as a whole is meant.
     """
 
-    def __init__(
-        self, path: Path | str, expected: str, found: str, advice: str = "", line: int | None = None
-    ) -> None:
+    def __init__(self, path: Path | str, expected: str, found: str, advice: str = "", line: int | None = None) -> None:
         self.path, self.line = Path(path), line
         place = f"{path}:{line}" if line else f"{path}"
         super().__init__(f"{place}: expected {expected}, found {found}" + (f"; {advice}" if advice else ""))

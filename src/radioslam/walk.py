@@ -164,9 +164,7 @@ class Reference:
     def at(self, time_s: Array) -> Array:
         """Positions (m, 2), linear between fixes, NaN before the first and after the last."""
         x, y = self.positions_xy.T
-        return np.stack(
-            [np.interp(time_s, self.time_s, c, left=np.nan, right=np.nan) for c in (x, y)], axis=-1
-        )
+        return np.stack([np.interp(time_s, self.time_s, c, left=np.nan, right=np.nan) for c in (x, y)], axis=-1)
 
     def with_origin(self, origin_wgs84: tuple[float, float]) -> Reference:
         """The same positions in the frame whose zero lies at another latitude and longitude."""
@@ -175,9 +173,7 @@ class Reference:
         from pymap3d import geodetic2enu
 
         east, north, _ = geodetic2enu(*self.origin_wgs84, 0.0, *origin_wgs84, 0.0)
-        return replace(
-            self, positions_xy=self.positions_xy + np.array([east, north]), origin_wgs84=origin_wgs84
-        )
+        return replace(self, positions_xy=self.positions_xy + np.array([east, north]), origin_wgs84=origin_wgs84)
 
 
 @dataclass(frozen=True)

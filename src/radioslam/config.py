@@ -1,0 +1,234 @@
+"""Every parameter of the method in one typed tree, a group per step.
+
+Command line beats environment beats file beats preset. The preset ``paper`` holds the values of arXiv:1904.11712
+(section III and its experiments); ``default`` differs where real crowds asked for it (see docs/method.md).
+Unknown keys and values out of range are errors.
+"""
+
+from __future__ import annotations
+
+import os
+import tomllib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import tomli_w
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from radioslam.errors import ConfigError
+
+ENVIRONMENT_PREFIX = "RADIOSLAM_SET_"
+
+Positive = Field(gt=0, allow_inf_nan=False)
+
+
+class _Group(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, use_attribute_docstrings=True)
+
+
+class OdometryConfig(_Group):
+    """Dead reckoning from a phone's sensors, and how far any odometry is to be trusted."""
+
+    step_band_hz: tuple[float, float] = (0.75, 2.75)
+    """Pass band of the acceleration norm in which steps are sought."""
+    step_peak_mps2: float = Field(0.8, gt=0)
+    """Lowest peak of the filtered norm that counts as a step."""
+    step_interval_s: float = Field(0.3, gt=0)
+    """Steps are at least so far apart."""
+    step_length: Literal["weinberg", "constant"] = "weinberg"
+    """``weinberg``: constant · (a_max - a_min)^(1/4) per step; ``constant``: the same for all steps."""
+    weinberg_constant: float = Field(0.42, gt=0.1, lt=2.0)
+    """For a person of unknown height."""
+    constant_step_m: float = Field(0.65, gt=0.1, lt=2.0)
+    """Length of a step where ``step_length`` is ``constant``."""
+    heading: Literal["fused", "rotation_vector"] = "fused"
+    """``fused``: the gyroscope's vertical rate, slowly corrected towards the compass."""
+    heading_correction_s: float = Field(30.0, gt=0)
+    """Half width of the moving average that corrects the integrated rate."""
+    step_length_sigma: float = Field(0.1, gt=0)
+    """Standard deviation of one step's length, relative."""
+    step_heading_sigma_rad: float = Field(0.04, gt=0)
+    """Standard deviation of the heading's change from step to step."""
+    tracker_translation_sigma: float = Field(0.05, gt=0)
+    """Of given odometry: standard deviation in m of 1 m walked; grows with the root of the distance."""
+    tracker_heading_sigma_rad: float = Field(0.03, gt=0)
+    """Of given odometry: standard deviation in rad of 1 m walked; grows with the root of the distance."""
+
+
+class FingerprintConfig(_Group):
+    """Scans -> sparse strengths."""
+
+    rss_threshold_dbm: float = Field(-70.0, ge=-127, lt=0)
+    """ϑ_r: weaker readings are dropped."""
+    representation: Literal["dbm", "positive", "exponential"] = "dbm"
+    """What the cosine compares; see ``fingerprints.represent``."""
+    floor_dbm: float = Field(-100.0, ge=-128, lt=0)
+    """Zero of ``positive`` and ``exponential``."""
+    exponential_scale_db: float = Field(24.0, gt=0)
+    """α of ``exponential``: strength = exp((RSS - floor) / α)."""
+    max_age_s: float = Field(5.0, gt=0)
+    """A reading last heard longer before its scan is stale."""
+
+
+class UncertaintyConfig(_Group):
+    """Similarity -> variance, learned from short-term odometry (section III-D)."""
+
+    max_distance_m: float = Field(30.0, gt=0)
+    """Pairs of one walk closer than this along the walk are samples."""
+    bin_width: float = Field(0.1, gt=0, le=2)
+    """b: samples within b/2 of s make var(s)."""
+    min_samples: int = Field(5, ge=1)
+    """Intervals with fewer samples count as empty."""
+    min_sigma_m: float = Field(0.5, gt=0)
+    """No similarity promises more than this."""
+
+
+class MergingConfig(_Group):
+    """Many tracks -> one frame (section III-E)."""
+
+    starts: Literal["common", "known", "unknown"] = "common"
+    """How the walks' starts are related."""
+    heading_variance: float = Field(1000.0, gt=0)
+    """Variance of θ (rad²) of the links between common starts, as in the paper."""
+    start_sigma_m: float = Field(1.0, gt=0)
+    """Standard deviation of a known start."""
+    heading_sigma_rad: float = Field(0.2, gt=0)
+    """Standard deviation of the compass heading of a whole walk."""
+
+
+class LoopConfig(_Group):
+    """Loop candidates (section III-F)."""
+
+    similarity_threshold: float = Field(0.8, ge=0, le=1)
+    """ϑ_s: candidates are at least so similar."""
+    max_distance_m: float = Field(20.0, gt=0)
+    """Candidates are at most so far apart under the current estimate."""
+    max_orientation_rad: float = Field(3.1416, gt=0)
+    """Candidates' headings differ at most so much under the current estimate."""
+    heading_variance: float = Field(1000.0, gt=0)
+    """Variance of θ (rad²) of a loop: same place, any direction."""
+
+
+class ScreeningConfig(_Group):
+    """Which candidates become loops (section III-G)."""
+
+    rule: Literal["window", "mutual", "single"] = "window"
+    """``window``: the paper's; ``mutual``: each scan's mutual best match; ``single``: one loop per scan."""
+    min_index_gap: int = Field(20, ge=1)
+    """M: scans of one walk nearer than this in number are no loop."""
+    window_m: float = Field(5.0, ge=0)
+    """ϑ_w: of the candidates of one scan within so many metres along the other track the most similar stays."""
+
+
+class OptimizerConfig(_Group):
+    """Levenberg-Marquardt."""
+
+    loop_loss: Literal["none", "huber", "cauchy", "dcs"] = "none"
+    """Robust loss of the loop edges."""
+    loss_scale: float = Field(1.0, gt=0)
+    """Where the loss leaves the square, in standard deviations."""
+    max_iterations: int = Field(100, ge=1)
+    """Give up (and say so) after this many."""
+    tolerance: float = Field(1e-6, gt=0)
+    """Converged when the cost falls by less than this part of itself, or no step is longer."""
+
+
+class Config(_Group):
+    """All of it."""
+
+    odometry: OdometryConfig = OdometryConfig()
+    fingerprints: FingerprintConfig = FingerprintConfig()
+    uncertainty: UncertaintyConfig = UncertaintyConfig()
+    merging: MergingConfig = MergingConfig()
+    loops: LoopConfig = LoopConfig()
+    screening: ScreeningConfig = ScreeningConfig()
+    optimizer: OptimizerConfig = OptimizerConfig()
+
+    def to_toml(self) -> str:
+        """The whole configuration as TOML."""
+        return tomli_w.dumps(self.model_dump(mode="json"))
+
+
+PRESETS: dict[str, dict[str, Any]] = {
+    "paper": {},
+    "default": {
+        "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
+        "loops": {"similarity_threshold": 0.6},
+        "screening": {"rule": "single", "window_m": 10.0},
+        "optimizer": {"loop_loss": "cauchy"},
+    },
+}
+
+
+def load_config(
+    preset: str = "default",
+    file: Path | None = None,
+    overrides: Iterable[str] = (),
+    environment: Mapping[str, str] | None = None,
+) -> Config:
+    """Build the effective configuration.
+
+    Args:
+        preset: ``paper`` or ``default``; a file may name its own with a top-level ``preset`` key.
+        file: TOML with any subset of the keys.
+        overrides: ``group.key=value`` texts, TOML values (bare words count as strings).
+        environment: ``RADIOSLAM_SET_GROUP__KEY`` variables are read from here; default ``os.environ``.
+
+    Raises:
+        ConfigError: unknown preset, unknown key, wrong type, or value out of range.
+    """
+    settings = _read_file(file) if file else {}
+    preset = settings.pop("preset", preset)
+    if preset not in PRESETS:
+        raise ConfigError(f"unknown preset {preset!r}; expected one of {', '.join(PRESETS)}")
+    merged = _merge(PRESETS[preset], settings)
+    for key, text in _from_environment(os.environ if environment is None else environment):
+        merged = _merge(merged, _nested(key, text))
+    for override in overrides:
+        key, equals, text = override.partition("=")
+        if not equals:
+            raise ConfigError(f"expected group.key=value, found {override!r}")
+        merged = _merge(merged, _nested(key.strip(), text.strip()))
+    try:
+        return Config.model_validate(merged)
+    except ValidationError as error:
+        raise ConfigError(_one_line(error)) from None
+
+
+def _read_file(file: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(file.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"{file}: expected a TOML file, found: {error}") from None
+
+
+def _from_environment(environment: Mapping[str, str]) -> list[tuple[str, str]]:
+    names = sorted(name for name in environment if name.startswith(ENVIRONMENT_PREFIX))
+    return [(n.removeprefix(ENVIRONMENT_PREFIX).lower().replace("__", "."), environment[n]) for n in names]
+
+
+def _nested(dotted_key: str, text: str) -> dict[str, Any]:
+    try:
+        value = tomllib.loads(f"value = {text}")["value"]
+    except tomllib.TOMLDecodeError:
+        value = text
+    for part in reversed(dotted_key.split(".")):
+        value = {part: value}
+    return dict(value)
+
+
+def _merge(base: Mapping[str, Any], top: Mapping[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in top.items():
+        below = merged.get(key)
+        merged[key] = _merge(below, value) if isinstance(below, dict) and isinstance(value, dict) else value
+    return merged
+
+
+def _one_line(error: ValidationError) -> str:
+    first = error.errors()[0]
+    key = ".".join(str(part) for part in first["loc"])
+    if first["type"] == "extra_forbidden":
+        return f"unknown key {key!r}; `radioslam config` prints the known ones"
+    return f"{key} = {first['input']!r}: {first['msg']}"

@@ -1,0 +1,108 @@
+"""Scans at poses: F_t = (f_t, x_t), the paper's radio fingerprints, as one sparse matrix for the whole crowd."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from radioslam.config import FingerprintConfig
+from radioslam.odometry import Track
+from radioslam.walk import RadioScans
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Fingerprints:
+    """All scans of all walks, in the order of the walks and of time.
+
+    Attributes:
+        walk: (n,) index of the track.  scan: (n,) index of the scan within its walk.
+        time_s: (n,) on the walk's own clock.
+        poses: (n, 3) odometry, in the walk's own frame.  distance_m: (n,) walked so far.
+        rss_dbm: (n, m) CSR of fresh readings at or above the threshold; what is not stored was not heard.
+        transmitters: m identities, the columns.
+    """
+
+    walk: Integers
+    scan: Integers
+    time_s: Array
+    poses: Array
+    distance_m: Array
+    rss_dbm: sparse.csr_array
+    transmitters: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.walk)
+
+
+def collect_fingerprints(tracks: Sequence[Track], config: FingerprintConfig) -> Fingerprints:
+    """Give each scan the pose at its own time and keep its fresh readings that are strong enough (ϑ_r)."""
+    transmitters = tuple(sorted({name for track in tracks for name in track.walk.wifi.transmitters}))
+    column = {name: k for k, name in enumerate(transmitters)}
+    blocks = [_strengths(track.walk.wifi, column, config) for track in tracks]
+    times = [track.walk.wifi.scan_time_s for track in tracks]
+    counts = [len(t) for t in times]
+    return Fingerprints(
+        walk=np.repeat(np.arange(len(tracks)), counts),
+        scan=np.concatenate([np.arange(c) for c in counts]),
+        time_s=np.concatenate(times),
+        poses=np.concatenate([track.at(t) for track, t in zip(tracks, times, strict=True)]),
+        distance_m=np.concatenate([track.distance_at(t) for track, t in zip(tracks, times, strict=True)]),
+        rss_dbm=sparse.csr_array(sparse.vstack(blocks)),
+        transmitters=transmitters,
+    )
+
+
+def _strengths(scans: RadioScans, column: dict[str, int], config: FingerprintConfig) -> sparse.csr_array:
+    keep = fresh_readings(scans, config.max_age_s) & (scans.rss_dbm >= config.rss_threshold_dbm)
+    columns = np.array([column[name] for name in scans.transmitters], dtype=np.int64)
+    entries = (scans.rss_dbm[keep], (scans.reading_scan[keep], columns[scans.reading_transmitter[keep]]))
+    return sparse.csr_array(entries, shape=(len(scans), len(column)))
+
+
+def fresh_readings(scans: RadioScans, max_age_s: float) -> NDArray[np.bool_]:
+    """Mask (n_readings,) of the readings that tell something new.
+
+    Where the phone says when a transmitter was last heard, a reading is stale if that was more than ``max_age_s``
+    before the scan, and a repeat if an earlier scan had the same (transmitter, last seen). Where it does not, a scan
+    equal to the one before, reading by reading, is the phone's cache and holds nothing new.
+    """
+    seen = scans.last_seen_s
+    known = np.isfinite(seen)
+    age = scans.scan_time_s[scans.reading_scan] - seen
+    order = np.lexsort((scans.reading_scan, seen, scans.reading_transmitter))
+    same = np.zeros(len(seen), bool)
+    same[order[1:]] = (np.diff(scans.reading_transmitter[order]) == 0) & (np.diff(seen[order]) == 0)
+    stale = known & ((age > max_age_s) | same)
+    return ~stale & ~(~known & _repeated_scans(scans)[scans.reading_scan])
+
+
+def _repeated_scans(scans: RadioScans) -> NDArray[np.bool_]:
+    """Mask (n_scans,): equal to the scan before it. Readings stand sorted by scan and transmitter."""
+    count = np.bincount(scans.reading_scan, minlength=len(scans))
+    before = np.concatenate([[-1], count[:-1]])
+    twin = np.arange(scans.reading_count) - count[scans.reading_scan]
+    inside = (count == before)[scans.reading_scan]
+    equal = inside & (scans.reading_transmitter == scans.reading_transmitter[twin])
+    equal &= scans.rss_dbm == scans.rss_dbm[twin]
+    return (count == before) & (np.bincount(scans.reading_scan, equal, minlength=len(scans)) == count)
+
+
+def represent(rss_dbm: sparse.csr_array, config: FingerprintConfig) -> sparse.csr_array:
+    """Strengths (n, m) that the cosine compares, zero where a transmitter was not heard.
+
+    ``dbm``: the raw value, as the paper's formula has it (weak readings weigh more than strong ones);
+    ``positive``: RSS - floor;  ``exponential``: exp((RSS - floor) / α), near the amplitude of the field.
+    """
+    strengths = rss_dbm.copy()
+    if config.representation == "positive":
+        strengths.data = np.maximum(rss_dbm.data - config.floor_dbm, 0.1)
+    elif config.representation == "exponential":
+        strengths.data = np.exp((rss_dbm.data - config.floor_dbm) / config.exponential_scale_db)
+    return strengths

@@ -1,0 +1,158 @@
+"""Loop candidates (section III-F) and their screening (section III-G); every rejection has a reason."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+
+from radioslam import planar
+from radioslam.config import LoopConfig, ScreeningConfig
+from radioslam.fingerprints import Fingerprints
+from radioslam.merging import MergedTracks
+from radioslam.similarity import Pairs, similar_pairs
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+KEPT = "kept"
+NEAR_IN_TIME = "neighbours in time"
+LESS_SIMILAR = "a more similar match nearby"
+NOT_MUTUAL = "not the best match of both scans"
+
+
+@dataclass(frozen=True)
+class Loops:
+    """Candidates with their verdicts.
+
+    Attributes:
+        pairs: the candidates as pairs of fingerprints i < j with their similarity.
+        reason: (n_pairs,) text, ``kept`` or why not.
+    """
+
+    pairs: Pairs
+    reason: NDArray[np.str_]
+
+    @property
+    def kept(self) -> Pairs:
+        """The loops proper."""
+        return self.pairs.select(self.reason == KEPT)
+
+
+def find_candidates(
+    merged: MergedTracks, fingerprints: Fingerprints, strengths: sparse.csr_array, config: LoopConfig
+) -> Pairs:
+    """Pairs of scans that may have been made at one place.
+
+    Similar enough (s ≥ ϑ_s), of walks that share a frame, and near in distance and orientation under the current
+    estimate.
+    """
+    pairs = similar_pairs(strengths, config.similarity_threshold)
+    poses = merged.poses[merged.node_of_fingerprint]
+    offset = poses[pairs.j] - poses[pairs.i]
+    frame = merged.frame[fingerprints.walk]
+    return pairs.select(
+        (frame[pairs.i] == frame[pairs.j])
+        & (np.hypot(offset[:, 0], offset[:, 1]) <= config.max_distance_m)
+        & (np.abs(planar.wrap(offset[:, 2])) <= config.max_orientation_rad)
+    )
+
+
+def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> Loops:
+    """Decide which candidates become loops.
+
+    Always: scans of one walk fewer than M apart in number are no loop. Then by ``config.rule``:
+
+    ``window`` (the paper's): of candidates <i, j>, <i, k> with k within ϑ_w metres of j along that track, the more
+    similar stays. ``mutual``: a pair stays if each scan is the other's best match in the other's walk. ``single``:
+    in order of similarity, each scan takes part in one loop, and two walks are tied once per ϑ_w metres.
+    """
+    i, j = candidates.i, candidates.j
+    same = fingerprints.walk[i] == fingerprints.walk[j]
+    reason = np.full(len(candidates), KEPT, dtype="<U32")
+    near = same & (fingerprints.scan[j] - fingerprints.scan[i] < config.min_index_gap)
+    reason[near] = NEAR_IN_TIME
+    left = np.flatnonzero(~near)
+    keep, why = _apply_rule(candidates.select(left), fingerprints, config)
+    reason[left[~keep]] = why
+    return Loops(candidates, reason)
+
+
+def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], str]:
+    """Mask of the pairs that the rule keeps, and why it drops the others."""
+    if config.rule == "window":
+        return _most_similar_in_window(pairs, fingerprints, config.window_m), LESS_SIMILAR
+    if config.rule == "mutual":
+        return first_in_claims(_rank(pairs.similarity), _scans_per_walk(pairs, fingerprints)), NOT_MUTUAL
+    claims = np.column_stack([pairs.i, pairs.j, _stretches(pairs, fingerprints, config.window_m)])
+    return take_greedily(pairs.similarity, claims), LESS_SIMILAR
+
+
+def _most_similar_in_window(pairs: Pairs, fingerprints: Fingerprints, window_m: float) -> NDArray[np.bool_]:
+    keep = np.ones(len(pairs), bool)
+    for one, other in ((pairs.i, pairs.j), (pairs.j, pairs.i)):
+        along, track = fingerprints.distance_m[other], fingerprints.walk[other]
+        order = np.lexsort((along, track, one))
+        for shift in range(1, len(order)):
+            a, b = order[:-shift], order[shift:]
+            near = (one[a] == one[b]) & (track[a] == track[b]) & (along[b] - along[a] <= window_m)
+            if not near.any():
+                break
+            better = pairs.similarity[a] >= pairs.similarity[b]
+            keep[b[near & better]] = False
+            keep[a[near & ~better]] = False
+    return keep
+
+
+def _scans_per_walk(pairs: Pairs, fingerprints: Fingerprints) -> Integers:
+    """Claims (n, 2) of each pair: scan i for the walk of j, and scan j for the walk of i."""
+    walk, walks = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1
+    return np.column_stack([pairs.i * walks + walk[pairs.j], pairs.j * walks + walk[pairs.i]])
+
+
+def _stretches(pairs: Pairs, fingerprints: Fingerprints, length_m: float) -> Integers:
+    """Claims (n, 2) of each pair: the stretch of each walk that is to be tied to the other walk.
+
+    Numbers begin behind those of the scans.
+    """
+    walk, walks = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1
+    stretch = np.floor(fingerprints.distance_m / max(length_m, 1e-6)).astype(np.int64)
+    count = int(stretch.max(initial=0)) + 1
+
+    def number(one: Integers, other: Integers) -> Integers:
+        return (walk[one] * walks + walk[other]) * count + stretch[other] + len(fingerprints)
+
+    return np.column_stack([number(pairs.i, pairs.j), number(pairs.j, pairs.i)])
+
+
+def _rank(priority: Array) -> Integers:
+    """(n,) 0 for the lowest; among equals the first ranks highest, so that nothing depends on chance."""
+    rank = np.empty(len(priority), np.int64)
+    rank[np.lexsort((-np.arange(len(priority)), priority))] = np.arange(len(priority))
+    return rank
+
+
+def first_in_claims(rank: Integers, claims: Integers) -> NDArray[np.bool_]:
+    """Mask (n,) of the items that rank (n,) highest among all that share any of their claims (n, k)."""
+    values, flat = np.unique(claims, return_inverse=True)
+    flat = flat.reshape(claims.shape)
+    top = np.full(len(values), -1)
+    for column in flat.T:
+        np.maximum.at(top, column, rank)
+    return np.all(top[flat] == rank[:, None], axis=1)
+
+
+def take_greedily(priority: Array, claims: Integers) -> NDArray[np.bool_]:
+    """Mask (n,) of the items taken in order of priority (n,), each only if all its claims (n, k) are still free.
+
+    In rounds: whoever comes first in all of its claims is taken, and all who share a claim with it are out. That
+    is what a loop over the sorted items gives, in about log n rounds.
+    """
+    rank, taken, waiting = _rank(priority), np.zeros(len(priority), bool), np.arange(len(priority))
+    while len(waiting):
+        won = waiting[first_in_claims(rank[waiting], claims[waiting])]
+        taken[won] = True
+        waiting = waiting[~np.isin(claims[waiting], claims[won]).any(axis=1)]
+    return taken

@@ -1,0 +1,190 @@
+"""Simultaneous localization and radio mapping: the method on one page.
+
+The steps stand in the order and the words of arXiv:1904.11712, section III; each is a file of its own.
+"""
+
+from __future__ import annotations
+
+import itertools
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam import planar
+from radioslam.config import Config, OptimizerConfig
+from radioslam.errors import MappingError
+from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
+from radioslam.loops import Loops, find_candidates, screen_candidates
+from radioslam.merging import MergedTracks, merge_tracks
+from radioslam.odometry import estimate_odometry
+from radioslam.optimizer import Block, Solution, minimize
+from radioslam.pose_graph import BetweenBlock, Edges, PoseGraph, PriorBlock, diagonal_information
+from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
+from radioslam.walk import Walk
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SlamResult:
+    """What a run of the method found.
+
+    Attributes:
+        config: the effective configuration.
+        fingerprints, uncertainty, merged, loops, graph, solution: what each step made.
+        poses: (n_fingerprints, 3) where each scan was made, in the frame of its map.
+        sigma_m: (n_fingerprints,) standard deviation of its position (root of the mean of the two axes' variances).
+        map_of_walk: (n_walks,) 0 for the largest connected part of the crowd, 1, 2 … for walks not tied to it.
+        seconds: wall clock per step.
+    """
+
+    config: Config
+    fingerprints: Fingerprints
+    uncertainty: UncertaintyModel
+    merged: MergedTracks
+    loops: Loops
+    graph: PoseGraph
+    solution: Solution
+    poses: Array
+    sigma_m: Array
+    map_of_walk: Integers
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def map_walks(
+    walks: Sequence[Walk], config: Config | None = None, progress: Callable[[str], None] | None = None
+) -> SlamResult:
+    """Turn walks into their true paths.
+
+    Args:
+        walks: any number, in any order.
+        config: default preset if not given.
+        progress: called with the name of each step as it begins.
+
+    Raises:
+        MappingError: no walks, two walks of one name, or nothing to learn from or to tie.
+    """
+    config = config or Config()
+    walks = _in_order(walks)
+    clock = _Stopwatch(progress)
+    with clock("odometry"):
+        tracks = estimate_odometry(walks, config.odometry)
+    with clock("fingerprints"):
+        fingerprints = collect_fingerprints(tracks, config.fingerprints)
+        strengths = represent(fingerprints.rss_dbm, config.fingerprints)
+    with clock("uncertainty model"):
+        uncertainty = learn_uncertainty(fingerprints, strengths, config.uncertainty)
+    with clock("merging"):
+        merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging)
+    with clock("loop candidates"):
+        candidates = find_candidates(merged, fingerprints, strengths, config.loops)
+    with clock("screening"):
+        loops = screen_candidates(candidates, fingerprints, config.screening)
+    with clock("optimization"):
+        graph = build_pose_graph(merged, loops, uncertainty, config)
+        solution = optimize(graph, config.optimizer)
+    nodes = merged.node_of_fingerprint
+    return SlamResult(
+        config=config,
+        fingerprints=fingerprints,
+        uncertainty=uncertainty,
+        merged=merged,
+        loops=loops,
+        graph=graph,
+        solution=solution,
+        poses=_wrapped(solution.x.reshape(-1, 3)[nodes]),
+        sigma_m=_position_sigma(solution)[nodes],
+        map_of_walk=_number_maps(graph, merged),
+        seconds=clock.seconds,
+    )
+
+
+def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: UncertaintyModel, config: Config) -> PoseGraph:
+    """Odometry between consecutive nodes of a walk; loops with zero transform, var(s) in x and y, 1000 in θ."""
+    kept, node = loops.kept, merged.node_of_fingerprint
+    sigma = uncertainty.sigma(kept.similarity)
+    turn_sigma = np.full(len(kept), config.loops.heading_variance**0.5)
+    return PoseGraph(
+        poses=merged.poses,
+        odometry=_odometry_edges(merged),
+        loops=Edges(
+            node[kept.i],
+            node[kept.j],
+            np.zeros((len(kept), 3)),
+            diagonal_information(sigma, sigma, turn_sigma),
+        ),
+        links=merged.links,
+        priors=merged.priors,
+    ).check()
+
+
+def optimize(graph: PoseGraph, config: OptimizerConfig) -> Solution:
+    """Equation (1), with marginal variances."""
+    blocks: list[Block] = [
+        BetweenBlock(Edges.concatenate([graph.odometry, graph.links])),
+        BetweenBlock(graph.loops, config.loop_loss, config.loss_scale),
+        PriorBlock(graph.priors),
+    ]
+    return minimize(blocks, graph.poses.ravel(), config, variances=True)
+
+
+def _odometry_edges(merged: MergedTracks) -> Edges:
+    i = np.flatnonzero(np.diff(merged.walk) == 0)
+    sigmas = [track.motion_sigmas(merged.time_s[merged.walk == k]) for k, track in enumerate(merged.tracks)]
+    translation, heading = (np.concatenate(column) for column in zip(*sigmas, strict=True))
+    motion = planar.between(merged.poses[i], merged.poses[i + 1])
+    return Edges(i, i + 1, motion, diagonal_information(translation, translation, heading))
+
+
+def _in_order(walks: Sequence[Walk]) -> list[Walk]:
+    """By name, so that the order in which logs came cannot change the map."""
+    if not walks:
+        raise MappingError("expected at least one walk, found none")
+    walks = sorted(walks, key=lambda walk: walk.name)
+    for before, after in itertools.pairwise(walks):
+        if before.name == after.name:
+            raise MappingError(f"expected different names, found two walks called {after.name!r}; rename one log")
+    return walks
+
+
+def _number_maps(graph: PoseGraph, merged: MergedTracks) -> Integers:
+    """(n_walks,) parts of the crowd that are tied by loops, links or known starts, the largest first."""
+    component = graph.components()
+    first = np.searchsorted(merged.walk, np.arange(len(merged.tracks)))
+    of_walk = np.unique(component[first], return_inverse=True)[1]
+    # Walks of one frame stand at known places of one building even where no loop ties them.
+    of_walk = np.array([of_walk[np.flatnonzero(merged.frame == frame)[0]] for frame in merged.frame])
+    sizes = np.bincount(of_walk)
+    rank = np.empty(len(sizes), np.int64)
+    rank[np.argsort(-sizes, kind="stable")] = np.arange(len(sizes))
+    return np.unique(rank[of_walk], return_inverse=True)[1].astype(np.int64)
+
+
+def _position_sigma(solution: Solution) -> Array:
+    assert solution.inverse_diagonal is not None
+    variance = solution.inverse_diagonal.reshape(-1, 3)[:, :2]
+    return np.sqrt(variance.mean(axis=1))
+
+
+def _wrapped(poses: Array) -> Array:
+    return np.column_stack([poses[:, :2], planar.wrap(poses[:, 2])])
+
+
+class _Stopwatch:
+    """Seconds per step, told as they begin."""
+
+    def __init__(self, progress: Callable[[str], None] | None) -> None:
+        self.progress, self.seconds = progress, dict[str, float]()
+
+    @contextmanager
+    def __call__(self, step: str) -> Iterator[None]:
+        if self.progress:
+            self.progress(step)
+        started = time.perf_counter()
+        yield
+        self.seconds[step] = time.perf_counter() - started
