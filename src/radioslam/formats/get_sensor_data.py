@@ -8,7 +8,6 @@ the sensor's spacing, moved to the app's clock; WiFi, beacons and reference fixe
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -35,14 +34,11 @@ ONE_SCAN_S = 0.5
 CLOCK_JITTER_S = 5.0
 """The app's clock may lag behind the sensor's by as much; beyond, the sensor's clock is not to be trusted."""
 
-_SNIFF = re.compile(
-    rb"'GetSensorData' App|^(ACCE|GYRO|MAGN|AHRS|WIFI|POSI|BLE4)\s?[;,\t|]\s?-?\d", re.MULTILINE
-)
+_SNIFF = re.compile(rb"'GetSensorData' App|^(ACCE|GYRO|MAGN|AHRS|WIFI|POSI|BLE4)\s?[;,\t|]\s?-?\d", re.MULTILINE)
 _KIND = re.compile(rb"[A-Z][A-Z0-9]{3}$")
+_KINDS = (b"ACCE", b"GYRO", b"MAGN", b"AHRS", b"WIFI", b"BLE4", b"POSI")
 _TIMES = ("app s", "sensor s")
-_VECTOR = Layout(
-    ("kind", *_TIMES, "x", "y", "z", "accuracy"), (*_TIMES, "x", "y", "z"), separator=";", optional=1
-)
+_VECTOR = Layout(("kind", *_TIMES, "x", "y", "z", "accuracy"), (*_TIMES, "x", "y", "z"), separator=";", optional=1)
 _AHRS = Layout(
     ("AHRS", *_TIMES, "pitch", "roll", "yaw", "q2", "q3", "q4", "accuracy"),
     (*_TIMES, "q2", "q3", "q4"),
@@ -92,14 +88,17 @@ def read(path: Path) -> Walk:
 
 
 def _split_records(path: Path, lines: list[bytes]) -> Streams:
-    streams: Streams = defaultdict(lambda: Lines(path))
+    streams = {kind: Lines(path) for kind in _KINDS}
+    records = 0
     for number, line in enumerate(lines, start=1):
         if line[4:5] == b";" and _KIND.match(line[:4]):
-            streams[line[:4]].add(line, number)
+            records += 1
+            if line[:4] in streams:
+                streams[line[:4]].add(line, number)
         elif line.strip() and not line.startswith(b"%"):
             advice = "separate the fields by ';', or remove the line"
             raise LogError(path, "a record 'KIND;field;field;…'", shown(line), advice, number)
-    if not streams:
+    if not records:
         raise LogError(path, "records 'KIND;field;field;…'", "comments only", "record again")
     return streams
 
@@ -134,9 +133,7 @@ def _app_clock(app_s: Array, sensor_s: Array, what: str, notes: list[str]) -> Ar
     moved_s: Array = sensor_s + np.median(offset_s)
     if np.abs(moved_s - app_s).max() <= CLOCK_JITTER_S:
         return moved_s
-    notes.append(
-        f"{what}: sensor clock differs from the app's by more than {CLOCK_JITTER_S:g} s, app's taken"
-    )
+    notes.append(f"{what}: sensor clock differs from the app's by more than {CLOCK_JITTER_S:g} s, app's taken")
     return app_s
 
 
@@ -156,9 +153,7 @@ def _beacons(lines: Lines, notes: list[str]) -> RadioScans | None:
     return make_scans(lines, app_s, table.text, rss, sentinels=PHONE_SENTINELS_DBM, notes=notes)
 
 
-def _readings(
-    lines: Lines, pattern: re.Pattern[bytes], title: str, numbers: tuple[int, ...], identity: int
-) -> Table:
+def _readings(lines: Lines, pattern: re.Pattern[bytes], title: str, numbers: tuple[int, ...], identity: int) -> Table:
     """The groups of ``pattern`` that are numbers, NaN where the line lacks one, and the addresses."""
     values, addresses = np.full((len(lines), len(numbers)), np.nan), []
     for index, text in enumerate(lines.text):

@@ -7,7 +7,6 @@ missing, so that a record starts in the middle of a line: thirteen digits, a tab
 from __future__ import annotations
 
 import re
-from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +27,7 @@ from radioslam.walk import Inertial, RadioScans, Signal, Walk
 Array = NDArray[np.float64]
 Streams = dict[bytes, Lines]
 
+_KINDS = (b"ACCELEROMETER", b"GYROSCOPE", b"MAGNETIC_FIELD", b"ROTATION_VECTOR", b"WIFI", b"BEACON", b"WAYPOINT")
 _MARK = b"\tTYPE_"
 _TIME_DIGITS = 13
 _KIND_AT = _TIME_DIGITS + len(_MARK)
@@ -82,12 +82,15 @@ def read(path: Path) -> Walk:
 
 def _split_records(path: Path, data: bytes) -> Streams:
     """The records by kind: line by line, which is fast; by the mark of a record where lines are odd."""
-    streams: Streams = defaultdict(lambda: Lines(path))
+    streams = {kind: Lines(path) for kind in _KINDS}
     records = 0
     for number, line in enumerate(data.split(b"\n"), start=1):
         if line[_TIME_DIGITS:_KIND_AT] == _MARK:
             records += 1
-            streams[line[_KIND_AT : line.find(b"\t", _KIND_AT)]].add(line, number)
+            lines = streams.get(line[_KIND_AT : line.find(b"\t", _KIND_AT)])
+            if lines is not None:
+                lines.text.append(line)
+                lines.number.append(number)
         elif line.strip() and not line.startswith(b"#"):
             return _split_odd_records(path, data)
     if not records or records != data.count(_MARK):
@@ -96,17 +99,17 @@ def _split_records(path: Path, data: bytes) -> Streams:
 
 
 def _split_odd_records(path: Path, data: bytes) -> Streams:
-    streams: Streams = defaultdict(lambda: Lines(path))
+    streams = {kind: Lines(path) for kind in _KINDS}
     starts = [match.start() for match in _RECORD.finditer(data)]
     if not starts:
-        raise LogError(
-            path, "records '<13 digits> <tab> TYPE_…'", shown(data), "separate the fields by tabs", 1
-        )
+        raise LogError(path, "records '<13 digits> <tab> TYPE_…'", shown(data), "separate the fields by tabs", 1)
     _check_no_foreign_lines(path, data[: starts[0]].split(b"\n"), 1)
     number = 1 + data.count(b"\n", 0, starts[0])
     for start, end in zip(starts, [*starts[1:], len(data)], strict=True):
         record = _odd_record(path, data[start:end], number)
-        streams[record[_KIND_AT:].split(b"\t", 1)[0].rstrip()].add(record, number)
+        kind = record[_KIND_AT:].split(b"\t", 1)[0].rstrip()
+        if kind in streams:
+            streams[kind].add(record, number)
         number += data.count(b"\n", start, end)
     return streams
 
@@ -132,9 +135,7 @@ def _wifi(lines: Lines, notes: list[str]) -> RadioScans:
     table = parse(lines, _WIFI)
     time_ms, rss, frequency, seen_ms = table.numbers.T
     identity = [bssid.lower() for bssid in table.text]
-    return make_scans(
-        lines, time_ms / 1e3, identity, rss, frequency, seen_ms / 1e3, PHONE_SENTINELS_DBM, notes
-    )
+    return make_scans(lines, time_ms / 1e3, identity, rss, frequency, seen_ms / 1e3, PHONE_SENTINELS_DBM, notes)
 
 
 def _beacons(lines: Lines, notes: list[str]) -> RadioScans | None:

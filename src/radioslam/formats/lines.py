@@ -33,6 +33,11 @@ class Lines:
         self.text.append(text)
         self.number.append(number)
 
+    def take(self, indices: NDArray[np.integer]) -> Lines:
+        """Only these lines."""
+        chosen = indices.tolist()
+        return Lines(self.path, [self.text[i] for i in chosen], [self.number[i] for i in chosen])
+
     def error(self, index: int, expected: str, found: str, advice: str = "") -> LogError:
         """The error that names this line."""
         return LogError(self.path, expected, found, advice, self.number[index])

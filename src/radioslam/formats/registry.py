@@ -116,10 +116,7 @@ def share_origin(walks: Sequence[Walk]) -> list[Walk]:
     origin = next((origin for origin in origins if origin), None)
     if origin is None:
         return list(walks)
-    return [
-        replace(walk, reference=walk.reference.with_origin(origin)) if walk.reference else walk
-        for walk in walks
-    ]
+    return [replace(walk, reference=walk.reference.with_origin(origin)) if walk.reference else walk for walk in walks]
 
 
 def _find_all(paths: Iterable[Path | str], on_error: Callable[[LogError], None] | None) -> list[Path]:
@@ -156,9 +153,7 @@ def _recognise(path: Path) -> Format:
         if known.sniff(head):
             return known
     first = head.strip().split(b"\n", 1)[0]
-    raise LogError(
-        path, f"a log ({_names()})", f"a text that begins {shown(first)}", "see `radioslam formats`"
-    )
+    raise LogError(path, f"a log ({_names()})", f"a text that begins {shown(first)}", "see `radioslam formats`")
 
 
 def _logs_below(folder: Path) -> list[Path]:

@@ -62,6 +62,17 @@ def unit_quaternions(lines: Lines, vectors: Array) -> Array:
     return quaternions / norm
 
 
+def check_unit(lines: Lines, quaternions: Array) -> None:
+    """Raise LogError unless all quaternions (n, 4) have length one within a tenth."""
+    largest = np.abs(quaternions).max(axis=1, initial=0.0)
+    length = np.linalg.norm(np.minimum(np.abs(quaternions), 2.0), axis=1)
+    wrong = (largest > 1.1) | (np.abs(length - 1.0) > 0.1)
+    if wrong.any():
+        index = int(wrong.argmax())
+        found, advice = f"one of length {length[index]:.3g}", "mend or remove the line"
+        raise lines.error(index, "a unit quaternion x, y, z, w", found, advice)
+
+
 def make_scans(
     lines: Lines,
     time_s: Array,
