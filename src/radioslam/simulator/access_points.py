@@ -20,6 +20,9 @@ Integers = NDArray[np.int64]
 CHANNELS_2G_MHZ = (2412.0, 2437.0, 2462.0)
 CHANNELS_5G_MHZ = (5180.0, 5220.0, 5260.0, 5300.0, 5500.0, 5580.0)
 
+EVEN_STEPS = np.array([0.7548776662466927, 0.5698402909980532])
+"""1/p and 1/p² of the plastic number p: multiples of it, modulo 1, fill the square evenly."""
+
 
 @dataclass(frozen=True)
 class Deployment:
@@ -33,6 +36,7 @@ class Deployment:
         hotspots: phones and printers with a network of their own that are on at any one time.
         hotspot_life_s: mean time for which such a network exists.
         outage_share: share of building sites that are switched on or off for good some time in the survey.
+        mount_height_m: of the building's sites above the floor; phones are at 1.2 m.
         power_dbm: mean EIRP less the losses of body and handset.  power_sd_db: spread over sites.
         hotspot_power_dbm: the same for hotspots, which send from pockets and bags.
         band_gap_db: how much stronger a 5 GHz radio sends (regulation allows it 3-6 dB more).
@@ -46,9 +50,10 @@ class Deployment:
     hotspots: float = 6.0
     hotspot_life_s: float = 1200.0
     outage_share: float = 0.05
+    mount_height_m: float = 2.7
     power_dbm: float = 8.0
     power_sd_db: float = 2.0
-    hotspot_power_dbm: float = 2.0
+    hotspot_power_dbm: float = -4.0
     band_gap_db: float = 3.0
 
 
@@ -99,22 +104,17 @@ def deploy(building: Building, deployment: Deployment, span_s: float, seed: int,
     return _assemble(groups, deployment, random_stream(seed, label, "radios"), digest(seed, label))
 
 
-def _building_sites(
-    building: Building, deployment: Deployment, span_s: float, rng: np.random.Generator
-) -> _Sites:
-    """A lattice that fits the wanted density, each site shifted as cables and ceilings want it."""
-    per_floor = building.width_m * building.depth_m / deployment.area_per_site_m2
-    columns = max(1, round(np.sqrt(per_floor * building.width_m / building.depth_m)))
-    rows = max(1, round(per_floor / columns))
-    lattice = np.stack(np.meshgrid(np.arange(columns), np.arange(rows)), axis=-1).reshape(-1, 2) + 0.5
-    cells = np.tile(lattice, (deployment.storeys, 1))
-    cells = cells + rng.uniform(-0.35, 0.35, cells.shape)
-    count = len(cells)
+def _building_sites(building: Building, deployment: Deployment, span_s: float, rng: np.random.Generator) -> _Sites:
+    """Sites spread evenly over every storey, but on no lattice (Roberts' R2 sequence from a random start)."""
+    per_storey = max(1, round(building.width_m * building.depth_m / deployment.area_per_site_m2))
+    turns = np.arange(per_storey)[:, None] * EVEN_STEPS
+    xy = np.concatenate([(rng.random(2) + turns) % 1.0 for _ in range(deployment.storeys)])
+    count = len(xy)
     power = deployment.power_dbm + deployment.power_sd_db * rng.standard_normal(count)
     return _Sites(
-        cells * [building.width_m / columns, building.depth_m / rows],
-        np.repeat(np.arange(deployment.storeys), len(lattice)),
-        np.full(count, 2.7),
+        xy * [building.width_m, building.depth_m],
+        np.repeat(np.arange(deployment.storeys), per_storey),
+        np.full(count, deployment.mount_height_m),
         *_outages(count, deployment.outage_share, span_s, rng),
         power,
         deployment.bssids_per_radio,
@@ -149,9 +149,7 @@ def _neighbour_sites(building: Building, deployment: Deployment, rng: np.random.
     )
 
 
-def _hotspot_sites(
-    building: Building, deployment: Deployment, span_s: float, rng: np.random.Generator
-) -> _Sites:
+def _hotspot_sites(building: Building, deployment: Deployment, span_s: float, rng: np.random.Generator) -> _Sites:
     """A steady coming and going: births are uniform in time, lives exponential."""
     life = deployment.hotspot_life_s
     count = int(rng.poisson(deployment.hotspots * deployment.storeys * (span_s + 3 * life) / life))
@@ -169,9 +167,7 @@ def _hotspot_sites(
     )
 
 
-def _assemble(
-    groups: list[_Sites], deployment: Deployment, rng: np.random.Generator, world: bytes
-) -> Transmitters:
+def _assemble(groups: list[_Sites], deployment: Deployment, rng: np.random.Generator, world: bytes) -> Transmitters:
     two_bands = np.concatenate([g.two_bands for g in groups])
     networks = np.concatenate([np.full(len(g.xy), g.bssids_per_radio) for g in groups])
     power = np.concatenate([g.power_dbm for g in groups])
@@ -182,10 +178,7 @@ def _assemble(
     bssid_radio = np.repeat(np.arange(len(radio_site)), networks[radio_site])
     first = np.searchsorted(bssid_radio, bssid_radio)
     numbers = np.arange(len(bssid_radio)) - first
-    names = [
-        _mac(world, int(radio_site[r]), int(is_5g[r]), int(n))
-        for r, n in zip(bssid_radio, numbers, strict=True)
-    ]
+    names = [_mac(world, int(radio_site[r]), int(is_5g[r]), int(n)) for r, n in zip(bssid_radio, numbers, strict=True)]
     return Transmitters(
         np.concatenate([g.xy for g in groups]),
         np.concatenate([g.floor for g in groups]),

@@ -44,9 +44,7 @@ def shadow_fields(
 
     The radios of one access point stand behind the same obstacles, therefore they share waves.
     """
-    own, common = (
-        _waves(count, correlation_m, rng) for count in (len(group), int(group.max(initial=-1)) + 1)
-    )
+    own, common = (_waves(count, correlation_m, rng) for count in (len(group), int(group.max(initial=-1)) + 1))
     split = round(shared * WAVES)
     wave = np.concatenate([common[0][group][:, :split], own[0][:, split:]], axis=1)
     phase = np.concatenate([common[1][group][:, :split], own[1][:, split:]], axis=1)

@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 from radioslam.errors import ConfigError
 from radioslam.simulator.access_points import Transmitters, deploy
 from radioslam.simulator.building import Building
+from radioslam.simulator.inertial import PhoneSensors, inertial_streams, steel_fields
 from radioslam.simulator.radio import Radio, Receiver, make_radio
 from radioslam.simulator.scenarios import SCENARIOS, Scenario
 from radioslam.simulator.streams import random_stream
 from radioslam.simulator.tracker import drifted_poses
 from radioslam.simulator.walkable import walkable_graph
 from radioslam.simulator.walkers import TruePath, plan_route, walk_route
-from radioslam.walk import RadioScans, Reference, Signal, Walk
+from radioslam.walk import Inertial, RadioScans, Reference, Signal, Walk
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -91,9 +92,7 @@ def _settle(
         raise ConfigError(f"scenario: expected one of {known}, found {scenario!r}")
     for name, value in (("seed", seed + 1), ("walks", walks), ("devices", devices), ("floors", floors)):
         if value is not None and value < 1:
-            raise ConfigError(
-                f"{name}: expected at least {int(name != 'seed')}, found {value - (name == 'seed')}"
-            )
+            raise ConfigError(f"{name}: expected at least {int(name != 'seed')}, found {value - (name == 'seed')}")
     if hours is not None and not 0 < hours < np.inf:
         raise ConfigError(f"hours: expected a positive number, found {hours}")
     plan = SCENARIOS[scenario]
@@ -147,10 +146,11 @@ def scan_times(plan: Scenario, duration_s: float, number: int, rng: np.random.Ge
 def receiver(plan: Scenario, device: int, seed: int) -> Receiver:
     """The phone model number ``device``; number 0 is the reference phone."""
     if device == 0:
-        return Receiver()
+        return plan.phone
     rng = random_stream(seed, "device", device)
-    offset_db = plan.survey.offset_sd_db * rng.standard_normal()
-    return Receiver(offset_db=float(offset_db), detection_dbm=-93.0 + float(rng.uniform(-1.5, 1.5)))
+    offset_db = plan.survey.offset_sd_db * float(rng.standard_normal())
+    deafness_db = plan.survey.detection_sd_db * float(rng.standard_normal())
+    return replace(plan.phone, offset_db=offset_db, detection_dbm=plan.phone.detection_dbm + deafness_db)
 
 
 def _kept_bssids(transmitters: Transmitters, recordings: list[Recording], scenario: Scenario) -> Mask:
@@ -167,22 +167,28 @@ def _kept_bssids(transmitters: Transmitters, recordings: list[Recording], scenar
     return kept
 
 
-def _as_walk(
-    plan: Scenario, recording: Recording, kept: Mask, world: Radio, seed: int, inertial: bool
-) -> Walk:
+def _as_walk(plan: Scenario, recording: Recording, kept: Mask, world: Radio, seed: int, inertial: bool) -> Walk:
     path, begin = recording.path, recording.start_s
     time_s = np.arange(np.ceil(path.duration_s) + 1.0)
     positions_xy = path.at(time_s)
     poses = drifted_poses(positions_xy, plan.drift, random_stream(seed, "tracker", recording.name))
+    sensors = _inertial(plan, recording, seed) if inertial else None
     return Walk(
         name=recording.name,
         wifi=_as_scans(recording, kept, world.transmitters),
         odometry=Signal(begin + time_s, poses),
-        inertial=None,
+        inertial=sensors,
         reference=Reference(begin + time_s, positions_xy),
         device=f"phone-{recording.device}",
         floor=f"F{recording.floor + 1}",
     )
+
+
+def _inertial(plan: Scenario, recording: Recording, seed: int) -> Inertial:
+    sensors = PhoneSensors()
+    steel = steel_fields(sensors, random_stream(seed, plan.name, "steel", recording.floor))
+    rng = random_stream(seed, "inertial", recording.name)
+    return inertial_streams(recording.path, recording.start_s, steel, sensors, rng)
 
 
 def _as_scans(recording: Recording, kept: Mask, transmitters: Transmitters) -> RadioScans:

@@ -92,9 +92,7 @@ class _Maker:
         self.doors.append((first, second))
 
     def graph(self) -> WalkableGraph:
-        inside = {
-            pair: area for area, members in enumerate(self.members) for pair in combinations(members, 2)
-        }
+        inside = {pair: area for area, members in enumerate(self.members) for pair in combinations(members, 2)}
         edges = inside | dict.fromkeys(self.doors, -1)
         in_room = np.zeros(len(self.places), dtype=bool)
         for area, members in zip(self.building.areas, self.members, strict=True):

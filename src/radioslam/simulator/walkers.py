@@ -116,9 +116,7 @@ def _next_place(graph: WalkableGraph, place: int, habits: WalkerHabits, rng: np.
     return int(rng.choice(choice))
 
 
-def _bent_leg(
-    start: Array, end: Array, area: Area | None, habits: WalkerHabits, rng: np.random.Generator
-) -> Array:
+def _bent_leg(start: Array, end: Array, area: Area | None, habits: WalkerHabits, rng: np.random.Generator) -> Array:
     """Points after ``start`` up to ``end``, swaying inside the area; straight through a door (no area)."""
     if area is None:
         return np.array([end])
