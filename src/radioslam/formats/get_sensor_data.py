@@ -94,7 +94,7 @@ def _split_records(path: Path, lines: list[bytes]) -> Streams:
         if line[4:5] == b";" and _KIND.match(line[:4]):
             records += 1
             if line[:4] in streams:
-                streams[line[:4]].add(line, number)
+                streams[line[:4]].add(line.rstrip(b"; "), number)
         elif line.strip() and not line.startswith(b"%"):
             advice = "separate the fields by ';', or remove the line"
             raise LogError(path, "a record 'KIND;field;field;…'", shown(line), advice, number)

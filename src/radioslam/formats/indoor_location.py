@@ -28,11 +28,12 @@ Array = NDArray[np.float64]
 Streams = dict[bytes, Lines]
 
 _KINDS = (b"ACCELEROMETER", b"GYROSCOPE", b"MAGNETIC_FIELD", b"ROTATION_VECTOR", b"WIFI", b"BEACON", b"WAYPOINT")
+_COMMENT = b"#\t"
 _MARK = b"\tTYPE_"
 _TIME_DIGITS = 13
 _KIND_AT = _TIME_DIGITS + len(_MARK)
 _RECORD = re.compile(rb"\d{13}\tTYPE_")
-_HEADER = re.compile(rb"#\t\w+:")
+_HEADER = re.compile(rb"#\t[A-Za-z]{4,}:")
 _SNIFF = re.compile(rb"\d{13}\s+TYPE_[A-Z]|^#\s+startTime:", re.MULTILINE)
 
 _VECTOR = Layout(("time ms", "TYPE", "x", "y", "z", "accuracy"), ("time ms", "x", "y", "z"), optional=1)
@@ -83,7 +84,7 @@ def read(path: Path) -> Walk:
 def _split_records(path: Path, data: bytes) -> Streams:
     """The records by kind: line by line, which is fast; by the mark of a record where lines are odd."""
     streams = {kind: Lines(path) for kind in _KINDS}
-    records = 0
+    records = comments = 0
     for number, line in enumerate(data.split(b"\n"), start=1):
         if line[_TIME_DIGITS:_KIND_AT] == _MARK:
             records += 1
@@ -91,9 +92,11 @@ def _split_records(path: Path, data: bytes) -> Streams:
             if lines is not None:
                 lines.text.append(line)
                 lines.number.append(number)
-        elif line.strip() and not line.startswith(b"#"):
+        elif line.startswith(b"#"):
+            comments += line.startswith(_COMMENT)
+        elif line.strip():
             return _split_odd_records(path, data)
-    if not records or records != data.count(_MARK):
+    if not records or records != data.count(_MARK) or comments < data.count(_COMMENT):
         return _split_odd_records(path, data)
     return streams
 

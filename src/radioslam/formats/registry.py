@@ -51,6 +51,8 @@ def find_logs(paths: Iterable[Path | str]) -> list[Path]:
     """
     found: dict[Path, Path] = {}
     for path in map(Path, paths):
+        if not path.exists():
+            raise LogError(path, "a log or a folder of logs", "no such file", "check the path")
         for log in _logs_below(path) if path.is_dir() else [open_format.log_of(path)]:
             found.setdefault(log.resolve(), log)
     return list(found.values())
