@@ -19,7 +19,7 @@ TOKENS = [
     *(b"\t", b";", b",", b" ", b"\n", b"\r", b"\r\n", b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b'"', b"#", b"%"),
     *(b"1574559495401\tTYPE_WIFI\t", b"\tTYPE_", b"99999999999999999999", b"\xc3\x28", "é".encode()),
 ]
-damaged = settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+damaged = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @st.composite
