@@ -14,13 +14,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
 
 from radioslam.errors import ConfigError
 
 ENVIRONMENT_PREFIX = "RADIOSLAM_SET_"
-
-Positive = Field(gt=0, allow_inf_nan=False)
 
 
 class _Group(BaseModel):
@@ -36,12 +34,13 @@ class OdometryConfig(_Group):
     """Lowest peak of the filtered norm that counts as a step."""
     step_interval_s: float = Field(0.3, gt=0)
     """Steps are at least so far apart."""
-    step_length: Literal["weinberg", "constant"] = "weinberg"
-    """``weinberg``: constant · (a_max - a_min)^(1/4) per step; ``constant``: the same for all steps."""
+    step_length: Literal["relative", "weinberg", "constant"] = "relative"
+    """``weinberg``: k · (a_max - a_min)^(1/4) per step; ``relative``: the same law with the k that makes the walk's
+    median step ``typical_step_m`` (k differs from phone to phone, people's steps less); ``constant``: no law."""
+    typical_step_m: float = Field(0.65, gt=0.1, lt=2.0)
+    """Step of a person of unknown height indoors; of ``relative`` and ``constant``."""
     weinberg_constant: float = Field(0.42, gt=0.1, lt=2.0)
-    """For a person of unknown height."""
-    constant_step_m: float = Field(0.65, gt=0.1, lt=2.0)
-    """Length of a step where ``step_length`` is ``constant``."""
+    """k of ``weinberg``, for those who have calibrated theirs."""
     heading: Literal["fused", "rotation_vector"] = "fused"
     """``fused``: the gyroscope's vertical rate, slowly corrected towards the compass."""
     heading_correction_s: float = Field(30.0, gt=0)
@@ -52,7 +51,7 @@ class OdometryConfig(_Group):
     """Standard deviation of the heading's change from step to step."""
     tracker_translation_sigma: float = Field(0.05, gt=0)
     """Of given odometry: standard deviation in m of 1 m walked; grows with the root of the distance."""
-    tracker_heading_sigma_rad: float = Field(0.03, gt=0)
+    tracker_heading_sigma_rad: float = Field(0.05, gt=0)
     """Of given odometry: standard deviation in rad of 1 m walked; grows with the root of the distance."""
 
 
@@ -95,6 +94,10 @@ class MergingConfig(_Group):
     """Standard deviation of a known start."""
     heading_sigma_rad: float = Field(0.2, gt=0)
     """Standard deviation of the compass heading of a whole walk."""
+    log_scale_sigma: float = Field(0.0, ge=0, le=1)
+    """Standard deviation of the logarithm of a walk's step scale, an unknown of the graph; 0: no such unknown."""
+    compass_sigma_rad: float = Field(0.0, ge=0)
+    """Standard deviation of the turn that all compass headings share (declination), an unknown; 0: none."""
 
 
 class LoopConfig(_Group):
@@ -102,8 +105,9 @@ class LoopConfig(_Group):
 
     similarity_threshold: float = Field(0.8, ge=0, le=1)
     """ϑ_s: candidates are at least so similar."""
-    max_distance_m: float = Field(20.0, gt=0)
-    """Candidates are at most so far apart under the current estimate."""
+    gates_m: tuple[PositiveFloat, ...] = Field((20.0,), min_length=1)
+    """Candidates are at most so far apart under the current estimate. One gate is one round of candidates, screening
+    and optimization; each further gate is applied to the estimate of the round before."""
     max_orientation_rad: float = Field(3.1416, gt=0)
     """Candidates' headings differ at most so much under the current estimate."""
     heading_variance: float = Field(1000.0, gt=0)
@@ -154,9 +158,10 @@ PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     "default": {
         "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
-        "loops": {"similarity_threshold": 0.6},
-        "screening": {"rule": "single", "window_m": 10.0},
-        "optimizer": {"loop_loss": "cauchy"},
+        "merging": {"heading_variance": 0.04, "log_scale_sigma": 0.1, "compass_sigma_rad": 0.2},
+        "loops": {"similarity_threshold": 0.6, "gates_m": [20.0, 10.0]},
+        "screening": {"rule": "single", "window_m": 2.0},
+        "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.7},
     },
 }
 

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import sparse
 
 from radioslam import planar
 from radioslam.config import LoopConfig, ScreeningConfig
 from radioslam.fingerprints import Fingerprints
 from radioslam.merging import MergedTracks
-from radioslam.similarity import Pairs, similar_pairs
+from radioslam.similarity import Pairs
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -42,20 +41,19 @@ class Loops:
 
 
 def find_candidates(
-    merged: MergedTracks, fingerprints: Fingerprints, strengths: sparse.csr_array, config: LoopConfig
+    similar: Pairs, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
 ) -> Pairs:
     """Pairs of scans that may have been made at one place.
 
-    Similar enough (s ≥ ϑ_s), of walks that share a frame, and near in distance and orientation under the current
-    estimate.
+    Of all pairs that are ``similar`` enough (s ≥ ϑ_s): those of walks that share a frame, at most ``gate_m`` apart
+    and near enough in orientation under the current estimate, ``merged.poses``.
     """
-    pairs = similar_pairs(strengths, config.similarity_threshold)
     poses = merged.poses[merged.node_of_fingerprint]
-    offset = poses[pairs.j] - poses[pairs.i]
+    offset = poses[similar.j] - poses[similar.i]
     frame = merged.frame[fingerprints.walk]
-    return pairs.select(
-        (frame[pairs.i] == frame[pairs.j])
-        & (np.hypot(offset[:, 0], offset[:, 1]) <= config.max_distance_m)
+    return similar.select(
+        (frame[similar.i] == frame[similar.j])
+        & (np.hypot(offset[:, 0], offset[:, 1]) <= gate_m)
         & (np.abs(planar.wrap(offset[:, 2])) <= config.max_orientation_rad)
     )
 

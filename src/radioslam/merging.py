@@ -7,7 +7,7 @@ the frame of the map by what is known of its start; headings are those of the de
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,10 @@ class MergedTracks:
     def node_of_fingerprint(self) -> Integers:
         """(n_fingerprints,) the node of each fingerprint."""
         return np.flatnonzero(self.fingerprint >= 0)
+
+    def at(self, x: Array) -> MergedTracks:
+        """The same tracks with the poses that an optimizer's unknowns begin with."""
+        return replace(self, poses=x[: self.poses.size].reshape(-1, 3))
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -122,15 +122,17 @@ def detect_steps(norm_mps2: Array, config: OdometryConfig) -> NDArray[np.int64]:
 def step_lengths(norm_mps2: Array, steps: NDArray[np.int64], config: OdometryConfig) -> Array:
     """Length (n_steps,) in metres of each step.
 
-    Weinberg: k · (a_max - a_min)^(1/4) with the extremes of the acceleration norm since the step before.
+    Weinberg (2002): k · (a_max - a_min)^(1/4) with the extremes of the acceleration norm since the step before.
     """
     if config.step_length == "constant" or not len(steps):
-        return np.full(len(steps), config.constant_step_m)
+        return np.full(len(steps), config.typical_step_m)
     longest = round(RATE_HZ)
     begin = np.maximum(np.concatenate([[0], steps[:-1]]), steps - longest)
     edges = np.column_stack([begin, steps]).ravel()
-    bounce = (np.maximum.reduceat(norm_mps2, edges) - np.minimum.reduceat(norm_mps2, edges))[::2]
-    return config.weinberg_constant * bounce**0.25
+    bounce = (np.maximum.reduceat(norm_mps2, edges) - np.minimum.reduceat(norm_mps2, edges))[::2] ** 0.25
+    if config.step_length == "relative":
+        return config.typical_step_m * bounce / np.median(bounce)
+    return config.weinberg_constant * bounce
 
 
 def phone_heading(walk: Walk, inertial: Inertial, time_s: Array, config: OdometryConfig) -> Array:

@@ -155,16 +155,17 @@ class _NormalEquations:
 
     def assemble(self, x: Array) -> tuple[Array, Array]:
         """Values (nnz,) of the upper triangle of JᵀWJ, and the gradient JᵀWr (n,)."""
-        values, gradient = [np.zeros(self.size)], np.zeros(self.size)
+        values: list[Array] = [np.zeros(self.size)]
+        gradient: Array = np.zeros(self.size)
         for block, upper in zip(self.blocks, self.upper, strict=True):
             r, jacobian = block.linearize(x)
             weight = robust_loss(block.loss, np.sum(r**2, axis=1), block.loss_scale)[1]
             weighted = jacobian * weight[:, None, None]
             values.append((weighted.transpose(0, 2, 1) @ jacobian)[upper])
             pull = (weighted * r[:, :, None]).sum(axis=1)
-            gradient += np.bincount(block.variables.ravel(), pull.ravel(), minlength=self.size)
-        summed: Array = np.bincount(self.slot, np.concatenate(values), minlength=len(self.rows))
-        return summed, gradient
+            gradient = gradient + np.bincount(block.variables.ravel(), pull.ravel(), minlength=self.size)
+        total = np.bincount(self.slot, np.concatenate(values), minlength=len(self.rows))
+        return total.astype(np.float64, copy=False), gradient
 
     def diagonal_of(self, values: Array) -> Array:
         return values[self.diagonal_slot]

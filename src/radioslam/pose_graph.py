@@ -15,9 +15,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from radioslam import planar
 from radioslam.errors import GraphError
-from radioslam.optimizer import LossName
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -89,6 +87,11 @@ class PoseGraph:
         poses: (n, 3) initial estimate.
         odometry: edges along the walks.  links: edges between starts.  loops: loop closures.
         priors: constraints on single nodes.
+        walk: (n,) walk of each node; what the unknowns of whole walks belong to.
+        log_scale_sigma: standard deviation of the logarithm of each walk's step scale, an unknown of the graph that
+            stretches its odometry; None where odometry is taken as it is.
+        compass_sigma_rad: standard deviation of the turn common to all compass headings (declination, the
+            building's iron), an unknown that the headings of all priors share; None where there is none.
     """
 
     poses: Array
@@ -96,6 +99,9 @@ class PoseGraph:
     loops: Edges = field(default_factory=Edges.none)
     links: Edges = field(default_factory=Edges.none)
     priors: Priors = field(default_factory=Priors.none)
+    walk: Integers | None = None
+    log_scale_sigma: float | None = None
+    compass_sigma_rad: float | None = None
 
     def components(self) -> Integers:
         """The connected part (n,) that each node belongs to, priors not counted."""
@@ -153,72 +159,6 @@ def _check_edges(name: str, edges: Edges, n: int) -> None:
     if len(values) < len(keys):
         first = int(values[counts > 1][0])
         raise GraphError(f"{name}: expected each edge once, found {first // n}-{first % n} again")
-
-
-class BetweenBlock:
-    """Edges as factors on x = (x_0, y_0, θ_0, x_1, …)."""
-
-    def __init__(self, edges: Edges, loss: LossName = "none", loss_scale: float = 1.0) -> None:
-        self.edges, self.loss, self.loss_scale = edges, loss, loss_scale
-        self.variables = np.concatenate([_pose_variables(edges.i), _pose_variables(edges.j)], axis=1)
-        self.root = _square_root(edges.information)
-
-    def residuals(self, x: Array) -> Array:
-        """Whitened residuals (m, 3)."""
-        poses = x[self.variables].reshape(-1, 2, 3)
-        seen, z = planar.between(poses[:, 0], poses[:, 1]), self.edges.measurement
-        offset = planar.rotate(-z[:, 2], seen[:, :2] - z[:, :2])
-        error = np.column_stack([offset, planar.wrap(seen[:, 2] - z[:, 2])])
-        return np.einsum("mab,mb->ma", self.root, error)
-
-    def linearize(self, x: Array) -> tuple[Array, Array]:
-        """Whitened residuals (m, 3) and Jacobians (m, 3, 6)."""
-        poses = x[self.variables].reshape(-1, 2, 3)
-        angle = poses[:, 0, 2] + self.edges.measurement[:, 2]
-        c, s = np.cos(angle), np.sin(angle)
-        dx, dy = (poses[:, 1, :2] - poses[:, 0, :2]).T
-        jacobian = np.zeros((len(c), 3, 6))
-        jacobian[:, 0, 3], jacobian[:, 0, 4] = c, s
-        jacobian[:, 1, 3], jacobian[:, 1, 4] = -s, c
-        jacobian[:, :2, :2] = -jacobian[:, :2, 3:5]
-        jacobian[:, 0, 2], jacobian[:, 1, 2] = c * dy - s * dx, -s * dy - c * dx
-        jacobian[:, 2, 2], jacobian[:, 2, 5] = -1.0, 1.0
-        return self.residuals(x), self.root @ jacobian
-
-
-class PriorBlock:
-    """Priors as factors: e = (R_zᵀ (t - t_z), wrap(θ - θ_z))."""
-
-    loss: LossName = "none"
-    loss_scale = 1.0
-
-    def __init__(self, priors: Priors) -> None:
-        self.priors = priors
-        self.variables = _pose_variables(priors.node)
-        self.root = _square_root(priors.information)
-        c, s = np.cos(priors.measurement[:, 2]), np.sin(priors.measurement[:, 2])
-        turn = np.zeros((len(c), 3, 3))
-        turn[:, 0, 0], turn[:, 0, 1], turn[:, 1, 0], turn[:, 1, 1], turn[:, 2, 2] = c, s, -s, c, 1.0
-        self.jacobian = self.root @ turn
-
-    def residuals(self, x: Array) -> Array:
-        """Whitened residuals (m, 3)."""
-        error = x[self.variables] - self.priors.measurement
-        error[:, 2] = planar.wrap(error[:, 2])
-        return np.einsum("mab,mb->ma", self.jacobian, error)
-
-    def linearize(self, x: Array) -> tuple[Array, Array]:
-        """Whitened residuals (m, 3) and Jacobians (m, 3, 3)."""
-        return self.residuals(x), self.jacobian
-
-
-def _pose_variables(nodes: Integers) -> Integers:
-    return 3 * nodes[:, None] + np.arange(3)
-
-
-def _square_root(information: Array) -> Array:
-    """Upper triangular S (m, 3, 3) with SᵀS = Ω."""
-    return np.swapaxes(np.linalg.cholesky(information), 1, 2)
 
 
 def diagonal_information(*sigmas: Array | float) -> Array:

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 from radioslam import planar
 from radioslam.config import Config, OptimizerConfig
 from radioslam.errors import MappingError
+from radioslam.factors import graph_blocks
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
 from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
 from radioslam.odometry import estimate_odometry
-from radioslam.optimizer import Block, Solution, minimize
-from radioslam.pose_graph import BetweenBlock, Edges, PoseGraph, PriorBlock, diagonal_information
+from radioslam.optimizer import Solution, minimize
+from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
+from radioslam.similarity import similar_pairs
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
 from radioslam.walk import Walk
 
@@ -81,13 +83,18 @@ def map_walks(
         uncertainty = learn_uncertainty(fingerprints, strengths, config.uncertainty)
     with clock("merging"):
         merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging)
-    with clock("loop candidates"):
-        candidates = find_candidates(merged, fingerprints, strengths, config.loops)
-    with clock("screening"):
-        loops = screen_candidates(candidates, fingerprints, config.screening)
-    with clock("optimization"):
-        graph = build_pose_graph(merged, loops, uncertainty, config)
-        solution = optimize(graph, config.optimizer)
+    with clock("similarity"):
+        similar = similar_pairs(strengths, config.loops.similarity_threshold)
+    estimate = merged
+    for gate_m in config.loops.gates_m:
+        with clock("loop candidates"):
+            candidates = find_candidates(similar, estimate, fingerprints, gate_m, config.loops)
+        with clock("screening"):
+            loops = screen_candidates(candidates, fingerprints, config.screening)
+        with clock("optimization"):
+            graph = build_pose_graph(estimate, loops, uncertainty, config)
+            solution = optimize(graph, config.optimizer)
+            estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
         config=config,
@@ -97,8 +104,8 @@ def map_walks(
         loops=loops,
         graph=graph,
         solution=solution,
-        poses=_wrapped(solution.x.reshape(-1, 3)[nodes]),
-        sigma_m=_position_sigma(solution)[nodes],
+        poses=_wrapped(estimate.poses[nodes]),
+        sigma_m=_position_sigma(solution, len(merged.poses))[nodes],
         map_of_walk=_number_maps(graph, merged),
         seconds=clock.seconds,
     )
@@ -120,24 +127,28 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
         ),
         links=merged.links,
         priors=merged.priors,
+        walk=merged.walk,
+        log_scale_sigma=config.merging.log_scale_sigma or None,
+        compass_sigma_rad=config.merging.compass_sigma_rad or None,
     ).check()
 
 
 def optimize(graph: PoseGraph, config: OptimizerConfig) -> Solution:
-    """Equation (1), with marginal variances."""
-    blocks: list[Block] = [
-        BetweenBlock(Edges.concatenate([graph.odometry, graph.links])),
-        BetweenBlock(graph.loops, config.loop_loss, config.loss_scale),
-        PriorBlock(graph.priors),
-    ]
-    return minimize(blocks, graph.poses.ravel(), config, variances=True)
+    """Equation (1) with the unknowns of whole walks, and marginal variances."""
+    blocks, size = graph_blocks(graph, config)
+    x = np.zeros(size)
+    x[: graph.poses.size] = graph.poses.ravel()
+    return minimize(blocks, x, config, variances=True)
 
 
 def _odometry_edges(merged: MergedTracks) -> Edges:
     i = np.flatnonzero(np.diff(merged.walk) == 0)
-    sigmas = [track.motion_sigmas(merged.time_s[merged.walk == k]) for k, track in enumerate(merged.tracks)]
-    translation, heading = (np.concatenate(column) for column in zip(*sigmas, strict=True))
-    motion = planar.between(merged.poses[i], merged.poses[i + 1])
+    parts = []
+    for k, track in enumerate(merged.tracks):
+        time_s = merged.time_s[merged.walk == k]
+        poses = track.at(time_s)
+        parts.append((planar.between(poses[:-1], poses[1:]), *track.motion_sigmas(time_s)))
+    motion, translation, heading = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Edges(i, i + 1, motion, diagonal_information(translation, translation, heading))
 
 
@@ -165,9 +176,9 @@ def _number_maps(graph: PoseGraph, merged: MergedTracks) -> Integers:
     return np.unique(rank[of_walk], return_inverse=True)[1].astype(np.int64)
 
 
-def _position_sigma(solution: Solution) -> Array:
+def _position_sigma(solution: Solution, nodes: int) -> Array:
     assert solution.inverse_diagonal is not None
-    variance = solution.inverse_diagonal.reshape(-1, 3)[:, :2]
+    variance = solution.inverse_diagonal[: 3 * nodes].reshape(-1, 3)[:, :2]
     return np.sqrt(variance.mean(axis=1))
 
 
@@ -187,4 +198,4 @@ class _Stopwatch:
             self.progress(step)
         started = time.perf_counter()
         yield
-        self.seconds[step] = time.perf_counter() - started
+        self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - started
