@@ -85,6 +85,7 @@ def test_scan_times_are_grouped_by_the_first():
     [
         (b"1.1;2.1;9.6", b"1.1;inf;9.6", 5, "a finite number as y, found 'inf'"),
         (b"1.1;2.1;9.6;3", b"1.1;2.1", 5, "7 columns kind;app s;sensor s;x;y;z;accuracy"),
+        (b"1.1;2.1;9.6", b"1.12.1;9.6", 5, "found 6 columns"),
         (b"0.15;100.02", b"-5;-1e12", 5, "a time in seconds"),
         (b";100.04;", b";98.50;", 6, "do not go backwards"),
         (b";-63", b";12", 12, "RSS in [-127, 0) dBm, found 12"),

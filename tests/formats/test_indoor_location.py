@@ -93,6 +93,8 @@ def test_samples_slightly_out_of_order_are_sorted(tmp_path):
         (b"-0.25\t1.5", b"-0.25\t1_5", 10, "a finite number as y, found '1_5'"),
         (b"-0.25\t1.5", b"-0.25,1.5", 10, "found '-0.25,1.5'"),
         (b"-0.25\t1.5", b"-0.25\t1e9", 10, "accelerometer values below 1e+06"),
+        (b"1.25\t9.75", b"1.29.75", 5, "found 5 columns"),
+        (b"\t0\t7\t", b"\t07\t", 11, "as MAC"),
         (b"0.0\t0.6\t0.0", b"0.0\t1.6\t0.0", 8, "unit sphere"),
         (b"\t-53\t", b"\t5\t", 13, "RSS in [-127, 0) dBm, found 5"),
         (b"\t-53\t", b"\t-128\t", 13, "RSS in [-127, 0) dBm, found -128"),
@@ -117,3 +119,9 @@ def test_the_message_names_the_bad_line(tmp_path, old, new, line, message):
 def test_wrong_separator(tmp_path):
     with pytest.raises(LogError, match="separate the fields by tabs"):
         read(tmp_path, INDOOR.replace(b"\t", b" "))
+
+
+def test_a_byte_order_mark_and_windows_lines_do_not_matter(tmp_path):
+    walk = read(tmp_path, b"\xef\xbb\xbf" + INDOOR.replace(b"\n", b"\r\n"))
+    np.testing.assert_array_equal(walk.wifi.rss_dbm, [-53, -49, -51])
+    assert walk.device == "OPPO PBCM10"

@@ -38,18 +38,14 @@ _SNIFF = re.compile(rb"'GetSensorData' App|^(ACCE|GYRO|MAGN|AHRS|WIFI|POSI|BLE4)
 _KIND = re.compile(rb"[A-Z][A-Z0-9]{3}$")
 _KINDS = (b"ACCE", b"GYRO", b"MAGN", b"AHRS", b"WIFI", b"BLE4", b"POSI")
 _TIMES = ("app s", "sensor s")
-_VECTOR = Layout(("kind", *_TIMES, "x", "y", "z", "accuracy"), (*_TIMES, "x", "y", "z"), separator=";", optional=1)
+_VECTOR = Layout(("kind", *_TIMES, "x", "y", "z", "accuracy"), (*_TIMES, "x", "y", "z"), separator=";")
 _AHRS = Layout(
-    ("AHRS", *_TIMES, "pitch", "roll", "yaw", "q2", "q3", "q4", "accuracy"),
-    (*_TIMES, "q2", "q3", "q4"),
-    separator=";",
-    optional=1,
+    ("AHRS", *_TIMES, "pitch", "roll", "yaw", "q2", "q3", "q4", "accuracy"), (*_TIMES, "q2", "q3", "q4"), separator=";"
 )
 _POSI = Layout(
     ("POSI", "s", "counter", "latitude", "longitude", "floor", "building"),
     ("s", "latitude", "longitude", "floor"),
     separator=";",
-    optional=1,
 )
 _WIFI_TITLE = "WIFI;app s;sensor s;SSID;MAC;[MHz;]RSS"
 _WIFI = re.compile(  # the network's name may hold anything, so the line is taken from both ends

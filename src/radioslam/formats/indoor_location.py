@@ -38,7 +38,7 @@ _RECORD = re.compile(rb"\d{13}\tTYPE_")
 _HEADER = re.compile(rb"#\t[A-Za-z]{4,}:")
 _SNIFF = re.compile(rb"\d{13}\s+TYPE_[A-Z]|^#\s+startTime:", re.MULTILINE)
 
-_VECTOR = Layout(("time ms", "TYPE", "x", "y", "z", "accuracy"), ("time ms", "x", "y", "z"), optional=1)
+_VECTOR = Layout(("time ms", "TYPE", "x", "y", "z", "accuracy"), ("time ms", "x", "y", "z"))
 _WAYPOINT = Layout(("time ms", "TYPE_WAYPOINT", "x", "y"), ("time ms", "x", "y"))
 _WIFI = Layout(
     ("time ms", "TYPE_WIFI", "SSID", "BSSID", "RSS", "MHz", "last seen ms"),
@@ -169,6 +169,9 @@ def _beacons(lines: Lines, notes: list[str]) -> RadioScans | None:
     if not len(lines):
         return None
     identity = [address.lower() for address in table.text]
+    shifted = next((index for index, address in enumerate(identity) if address.isdecimal()), None)
+    if shifted is not None:
+        raise lines.error(shifted, _BEACON.title, f"the number {identity[shifted]} as MAC", "mend the line")
     time_ms, rss = table.numbers.T
     return make_scans(lines, time_ms / 1e3, identity, rss, sentinels=PHONE_SENTINELS_DBM, notes=notes)
 

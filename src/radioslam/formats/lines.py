@@ -98,8 +98,8 @@ def parse(lines: Lines, layout: Layout) -> Table:
 
 
 def split_lines(data: bytes) -> list[bytes]:
-    """The lines of a text, without their ends; a byte order mark is taken away."""
-    return [line.rstrip(b"\r") for line in data.removeprefix(b"\xef\xbb\xbf").split(b"\n")]
+    """The lines of a text, without their ends."""
+    return [line.rstrip(b"\r") for line in data.split(b"\n")]
 
 
 def _parse_fast(lines: Lines, layout: Layout) -> Table | None:

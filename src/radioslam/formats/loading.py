@@ -11,6 +11,7 @@ from radioslam.errors import LogError
 HEAD_BYTES = 8192
 """How much of a log tells its format."""
 
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _GZIP_MAGIC = b"\x1f\x8b"
 _ENDINGS = (".gz", ".txt", ".csv", ".log", ".tum", ".scans")
 
@@ -87,4 +88,4 @@ def _check_text(path: Path, data: bytes) -> bytes:
         raise LogError(path, "a log", "an empty file", "record again, or leave it out")
     if b"\0" in data[:HEAD_BYTES]:
         raise LogError(path, "text", "binary data", "export the log as UTF-8 text")
-    return data
+    return data.removeprefix(_BYTE_ORDER_MARK)

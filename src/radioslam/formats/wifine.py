@@ -18,7 +18,7 @@ _KNOWN_COLUMNS = ("timestamp", "x", "y", "floorID")
 
 def sniff(head: bytes) -> bool:
     """Whether the first line is the header of such a file."""
-    return head.removeprefix(b"\xef\xbb\xbf").startswith(b"0,1,2,") or b"num_visible_APs" in head
+    return head.startswith(b"0,1,2,") or b"num_visible_APs" in head
 
 
 def read(path: Path) -> Walk:
