@@ -91,7 +91,7 @@ def test_samples_slightly_out_of_order_are_sorted(tmp_path):
     [
         (b"-0.25\t1.5", b"-0.25\tnan", 10, "a finite number as y, found 'nan'"),
         (b"-0.25\t1.5", b"-0.25\t1_5", 10, "a finite number as y, found '1_5'"),
-        (b"-0.25\t1.5", b"-0.25,1.5", 10, "found '-0.25,1.5'"),
+        (b"-0.25\t1.5", b"-0.25,1.5", 10, "found 5 columns"),
         (b"-0.25\t1.5", b"-0.25\t1e9", 10, "accelerometer values below 1e+06"),
         (b"1.25\t9.75", b"1.29.75", 5, "found 5 columns"),
         (b"\t0\t7\t", b"\t07\t", 11, "as MAC"),
