@@ -9,13 +9,12 @@ import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from radioslam import planar
-from radioslam.config import Config, OptimizerConfig
+from radioslam.config import Config, OptimizerConfig, load_config
 from radioslam.errors import MappingError
 from radioslam.factors import graph_blocks
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
@@ -24,38 +23,14 @@ from radioslam.merging import MergedTracks, merge_tracks
 from radioslam.odometry import estimate_odometry
 from radioslam.optimizer import Solution, minimize
 from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
+from radioslam.radio_map import RadioMap
+from radioslam.results import SlamResult, SolverStatus
 from radioslam.similarity import similar_pairs
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
 from radioslam.walk import Walk
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-
-@dataclass(frozen=True)
-class SlamResult:
-    """What a run of the method found.
-
-    Attributes:
-        config: the effective configuration.
-        fingerprints, uncertainty, merged, loops, graph, solution: what each step made.
-        poses: (n_fingerprints, 3) where each scan was made, in the frame of its map.
-        sigma_m: (n_fingerprints,) standard deviation of its position (root of the mean of the two axes' variances).
-        map_of_walk: (n_walks,) 0 for the largest connected part of the crowd, 1, 2 … for walks not tied to it.
-        seconds: wall clock per step.
-    """
-
-    config: Config
-    fingerprints: Fingerprints
-    uncertainty: UncertaintyModel
-    merged: MergedTracks
-    loops: Loops
-    graph: PoseGraph
-    solution: Solution
-    poses: Array
-    sigma_m: Array
-    map_of_walk: Integers
-    seconds: dict[str, float] = field(default_factory=dict)
 
 
 def map_walks(
@@ -71,7 +46,7 @@ def map_walks(
     Raises:
         MappingError: no walks, two walks of one name, or nothing to learn from or to tie.
     """
-    config = config or Config()
+    config = config or load_config()
     walks = _in_order(walks)
     clock = _Stopwatch(progress)
     with clock("odometry"):
@@ -98,15 +73,17 @@ def map_walks(
     nodes = merged.node_of_fingerprint
     return SlamResult(
         config=config,
-        fingerprints=fingerprints,
-        uncertainty=uncertainty,
-        merged=merged,
+        radio_map=annotate(estimate, fingerprints, solution, _number_maps(graph, merged)),
+        odometry_poses=_wrapped(merged.poses[nodes]),
+        distance_m=fingerprints.distance_m,
+        reference_xy=_reference(merged)[nodes],
         loops=loops,
+        uncertainty=uncertainty,
         graph=graph,
-        solution=solution,
-        poses=_wrapped(estimate.poses[nodes]),
-        sigma_m=_position_sigma(solution, len(merged.poses))[nodes],
-        map_of_walk=_number_maps(graph, merged),
+        solver=SolverStatus(
+            solution.converged, solution.iterations, solution.cost_before, solution.cost_after, solution.seconds
+        ),
+        devices=tuple(track.walk.device for track in tracks),
         seconds=clock.seconds,
     )
 
@@ -150,6 +127,31 @@ def _odometry_edges(merged: MergedTracks) -> Edges:
         parts.append((planar.between(poses[:-1], poses[1:]), *track.motion_sigmas(time_s)))
     motion, translation, heading = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Edges(i, i + 1, motion, diagonal_information(translation, translation, heading))
+
+
+def annotate(merged: MergedTracks, fingerprints: Fingerprints, solution: Solution, map_of_walk: Integers) -> RadioMap:
+    """The optimized track annotated with its fingerprints."""
+    nodes = merged.node_of_fingerprint
+    return RadioMap(
+        walks=merged.names,
+        walk=fingerprints.walk,
+        time_s=fingerprints.time_s,
+        poses=_wrapped(merged.poses[nodes]),
+        sigma_m=_position_sigma(solution, len(merged.poses))[nodes],
+        map=map_of_walk[fingerprints.walk],
+        rss_dbm=fingerprints.rss_dbm,
+        transmitters=fingerprints.transmitters,
+    )
+
+
+def _reference(merged: MergedTracks) -> Array:
+    """(n, 2) true positions of the nodes, NaN where unknown."""
+    positions = np.full((len(merged.walk), 2), np.nan)
+    for k, track in enumerate(merged.tracks):
+        if track.walk.reference is not None:
+            here = merged.walk == k
+            positions[here] = track.walk.reference.at(merged.time_s[here])
+    return positions
 
 
 def _in_order(walks: Sequence[Walk]) -> list[Walk]:

@@ -1,0 +1,245 @@
+"""The command line. Thin: it reads options, calls the package and prints; heavy imports come late."""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from radioslam.errors import LogError, RadioSlamError
+
+if TYPE_CHECKING:
+    from radioslam.walk import Walk
+
+app = typer.Typer(
+    help="Walks recorded by many phones become their true paths and a radio map of the building.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+
+Logs = Annotated[list[Path], typer.Argument(metavar="LOGS...", help="Logs, or folders of logs.", show_default=False)]
+Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write; made whole or not at all.")]
+Force = Annotated[bool, typer.Option("--force", help="Replace the folder if it exists.")]
+Preset = Annotated[str, typer.Option("--preset", help="default, or paper: the values of arXiv:1904.11712.")]
+ConfigFile = Annotated[Path | None, typer.Option("--config", help="TOML file with any of the keys.")]
+Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key; repeatable.")]
+Format = Annotated[str, typer.Option("--format", help="Log format; auto looks at the content.")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
+
+
+@app.command("map")
+def map_command(
+    logs: Logs,
+    out: Out = Path("result"),
+    starts: Annotated[str | None, typer.Option("--starts", help="common, known or unknown.")] = None,
+    preset: Preset = "default",
+    config: ConfigFile = None,
+    set_: Overrides = None,
+    format: Format = "auto",
+    simulate_odometry: Annotated[
+        int | None, typer.Option(metavar="SEED", help="Give walks without motion a simulated tracker's odometry.")
+    ] = None,
+    keep_going: Annotated[bool, typer.Option("--keep-going", help="Skip bad logs, name them, map the rest.")] = False,
+    force: Force = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
+) -> None:
+    """Map walks: corrected paths, loops, radio map and report."""
+    from radioslam.config import load_config
+    from radioslam.result_folder import check_target
+
+    overrides = [*(set_ or []), *([f"merging.starts={starts}"] if starts else [])]
+    effective = load_config(preset, config, overrides)
+    check_target(out, force)
+    skipped: list[LogError] = []
+    started = time.perf_counter()
+    with _progress(quiet or as_json) as tell:
+        walks = _read(logs, format, simulate_odometry, skipped if keep_going else None, tell)
+        reading_s = time.perf_counter() - started
+        tell("mapping", None, None)
+        summary = _map_and_save(walks, effective, out, force, reading_s, skipped, tell)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=1))
+    elif not quiet:
+        from radioslam import tables
+
+        _show(tables.summary_table(summary))
+        typer.echo(tables.written(out))
+
+
+Tell = Callable[[str, int | None, int | None], None]
+
+
+def _read(
+    logs: list[Path], format: str, drift_seed: int | None, skipped: list[LogError] | None, tell: Tell
+) -> list[Walk]:
+    from radioslam.formats import read_walks
+
+    return read_walks(
+        logs,
+        format=format,
+        on_error=None if skipped is None else skipped.append,
+        progress=lambda done, total, path: tell(f"reading {path.name}", done, total),
+        prepare=None if drift_seed is None else _with_odometry(drift_seed),
+    )
+
+
+def _with_odometry(seed: int) -> Callable[[Walk], Walk]:
+    from radioslam.simulator import with_tracker_drift
+
+    return lambda walk: walk if walk.motion is not None else with_tracker_drift(walk, seed)
+
+
+def _map_and_save(
+    walks: list[Walk], config: Any, out: Path, force: bool, reading_s: float, skipped: list[LogError], tell: Tell
+) -> dict[str, Any]:
+    import resource
+    from dataclasses import replace
+
+    from radioslam.slam import map_walks
+
+    result = map_walks(walks, config, lambda step: tell(step, None, None))
+    result = replace(
+        result,
+        seconds={"reading": reading_s, **result.seconds},
+        skipped=tuple((str(error.path), str(error)) for error in skipped),
+    )
+    tell("writing", None, None)
+    peak_memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    started = time.perf_counter()
+    result.save(out, force, peak_memory_mb)
+    writing_s = time.perf_counter() - started
+    summary = result.summary()
+    return {**summary, "seconds": {**summary["seconds"], "writing": writing_s}, "peak_memory_mb": peak_memory_mb}
+
+
+@app.command()
+def info(
+    logs: Logs,
+    format: Format = "auto",
+    as_json: AsJson = False,
+) -> None:
+    """Tell what is in logs: durations, scans, access points, sensors, gaps."""
+    from radioslam import tables
+    from radioslam.formats import find_logs, read_walk
+
+    facts = [{"path": str(path), **tables.walk_facts(read_walk(path, format))} for path in find_logs(logs)]
+    if as_json:
+        typer.echo(json.dumps(facts, indent=1))
+    else:
+        for one in facts:
+            _show(tables.facts_table(one))
+
+
+@app.command()
+def formats() -> None:
+    """List the log formats that can be read."""
+    from radioslam import tables
+    from radioslam.formats import FORMATS
+
+    _show(tables.formats_table([(format.name, format.title) for format in _values(FORMATS)]))
+
+
+def _values(formats: Any) -> list[Any]:
+    return list(formats.values()) if isinstance(formats, dict) else list(formats)
+
+
+@app.command("config")
+def config_command(
+    preset: Preset = "default",
+    config: ConfigFile = None,
+    set_: Overrides = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write instead of printing.")] = None,
+) -> None:
+    """Print or write the effective configuration."""
+    from radioslam.config import load_config
+
+    text = load_config(preset, config, set_ or []).to_toml()
+    if out is None:
+        typer.echo(text, nl=False)
+    else:
+        out.write_text(text, "utf-8")
+
+
+@app.command()
+def simulate(
+    building: Annotated[str, typer.Argument(help="office, campus or tower.")],
+    out: Out = Path("walks"),
+    seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
+    walks: Annotated[int | None, typer.Option(help="Number of walks.", min=1)] = None,
+    inertial: Annotated[bool, typer.Option("--inertial", help="Add raw sensor streams.")] = False,
+    force: Force = False,
+    quiet: Quiet = False,
+) -> None:
+    """Simulate walks in a made-up building, with their true positions, in the project's own format."""
+    from radioslam.formats import write_walk
+    from radioslam.result_folder import whole_folder
+    from radioslam.simulator import simulate as simulate_walks
+
+    made = simulate_walks(building, seed=seed, walks=walks, inertial=inertial)
+    with whole_folder(out, force) as partial:
+        for walk in made:
+            write_walk(walk, partial)
+    if not quiet:
+        scans = sum(len(walk.wifi) for walk in made)
+        typer.echo(f"{len(made)} walks with {scans} scans in {out}")
+
+
+@app.callback(invoke_without_command=True)
+def _root(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,
+) -> None:
+    if version:
+        import importlib.metadata
+
+        typer.echo(importlib.metadata.version("radioslam"))
+        raise typer.Exit
+
+
+@contextmanager
+def _progress(quiet: bool) -> Iterator[Tell]:
+    """A bar on standard error where somebody watches it."""
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda text, done, total: None
+        return
+    with Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=console) as bar:
+        task = bar.add_task("reading", total=None)
+
+        def tell(text: str, done: int | None, total: int | None) -> None:
+            bar.update(task, description=text, completed=done or 0, total=total)
+
+        yield tell
+
+
+def _show(table: Any) -> None:
+    from rich.console import Console
+
+    console = Console()
+    # Piped into a file, a table is as wide as it needs to be.
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(table)
+
+
+def main() -> None:
+    """Run the command line; known errors are one line on standard error and exit code 1."""
+    try:
+        app()
+    except RadioSlamError as error:
+        sys.exit(f"radioslam: {' '.join(str(error).split())}")
+    except KeyboardInterrupt:
+        print("radioslam: interrupted; nothing was written", file=sys.stderr)
+        sys.exit(130)

@@ -1,0 +1,199 @@
+"""The result folder: the contract with everything outside.
+
+The folder is written whole or not at all:
+
+    trajectories.csv      walk,time_s,x_m,y_m,heading_rad,sigma_m,map     a row per scan
+    trajectories/*.tum    the same per walk, for evo and other tools
+    odometry.csv          walk,time_s,x_m,y_m,heading_rad,distance_m      the same scans by odometry alone
+    reference.csv         walk,time_s,x_m,y_m                             true positions, where the logs had them
+    loops.csv             walk_i,time_i_s,walk_j,time_j_s,similarity,sigma_m,kept,reason
+    uncertainty.json      similarity -> variance
+    radio_map.parquet  graph.g2o  config.toml  summary.json  report.html
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv as pacsv
+from numpy.typing import NDArray
+
+from radioslam import g2o
+from radioslam.config import load_config
+from radioslam.errors import ResultError
+from radioslam.formats.tum import write_tum
+from radioslam.loops import KEPT, Loops
+from radioslam.radio_map import RadioMap
+from radioslam.results import SlamResult, SolverStatus
+from radioslam.similarity import Pairs
+from radioslam.uncertainty import UncertaintyModel
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+def write_result(result: SlamResult, folder: Path, force: bool, peak_memory_mb: float | None) -> Path:
+    """Write the folder whole or not at all; see ``SlamResult.save``."""
+    with whole_folder(folder, force) as partial:
+        _write_parts(result, partial, peak_memory_mb)
+    return folder
+
+
+def read_result(folder: Path) -> SlamResult:
+    """Read a folder; see ``SlamResult.load``."""
+    try:
+        return _read_parts(folder)
+    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException) as error:
+        raise ResultError(f"{folder}: expected a result folder, found: {error}") from None
+
+
+def check_target(folder: Path, force: bool) -> None:
+    """Refuse early what could not be written in the end.
+
+    Raises:
+        ResultError: ``folder`` is a file, or exists without ``force``.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise ResultError(f"{folder}: expected a folder, found a file; choose another --out")
+    if folder.exists() and not force:
+        raise ResultError(f"{folder}: expected a new folder, found one that exists; use --force to replace it")
+
+
+@contextmanager
+def whole_folder(folder: Path, force: bool) -> Iterator[Path]:
+    """A folder to fill that takes its place only when the block ends well; else nothing is left of it.
+
+    Raises:
+        ResultError: ``folder`` exists without ``force``, or the disk refuses.
+    """
+    check_target(folder, force)
+    partial: Path | None = None
+    try:
+        folder.absolute().parent.mkdir(parents=True, exist_ok=True)
+        partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
+        yield partial
+        partial.chmod(0o777 & ~_umask())
+        if folder.exists():
+            aside = partial.with_name(partial.name + ".old")
+            folder.rename(aside)
+            partial.rename(folder)
+            shutil.rmtree(aside)
+        else:
+            partial.rename(folder)
+    except OSError as error:
+        raise ResultError(f"{folder}: could not be written: {error.strerror or error}; nothing was changed") from None
+    finally:
+        if partial is not None:
+            shutil.rmtree(partial, ignore_errors=True)
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _write_parts(result: SlamResult, folder: Path, peak_memory_mb: float | None) -> None:
+    from radioslam.report import write_report
+
+    summary = {**result.summary(), "peak_memory_mb": peak_memory_mb}
+    samples = result.radio_map
+    name = pa.DictionaryArray.from_arrays(pa.array(samples.walk, pa.int32()), pa.array(samples.walks, pa.string()))
+    pose = dict(zip(("x_m", "y_m", "heading_rad"), samples.poses.T, strict=True))
+    key = {"walk": name, "time_s": samples.time_s}
+    _write_csv(folder / "trajectories.csv", {**key, **pose, "sigma_m": samples.sigma_m, "map": samples.map})
+    pose = dict(zip(pose, result.odometry_poses.T, strict=True))
+    _write_csv(folder / "odometry.csv", {**key, **pose, "distance_m": result.distance_m})
+    known = np.isfinite(result.reference_xy[:, 0])
+    if known.any():
+        x, y = result.reference_xy[known].T
+        here = name.filter(pa.array(known))
+        _write_csv(folder / "reference.csv", {"walk": here, "time_s": samples.time_s[known], "x_m": x, "y_m": y})
+    (folder / "trajectories").mkdir()
+    for k, walk in enumerate(samples.walks):
+        here = samples.walk == k
+        write_tum(folder / "trajectories" / f"{walk}.tum", samples.time_s[here], samples.poses[here])
+    _write_loops(result, folder / "loops.csv")
+    result.uncertainty.save(folder / "uncertainty.json")
+    samples.save(folder / "radio_map.parquet")
+    g2o.write_g2o(result.graph, folder / "graph.g2o")
+    (folder / "config.toml").write_text(result.config.to_toml(), "utf-8")
+    (folder / "summary.json").write_text(json.dumps(summary, indent=1), "utf-8")
+    write_report(result, folder / "report.html", summary)
+
+
+def _write_loops(result: SlamResult, path: Path) -> None:
+    pairs, samples = result.loops.pairs, result.radio_map
+    names = pa.array(samples.walks, pa.string())
+    columns: dict[str, Any] = {}
+    for end, rows in (("i", pairs.i), ("j", pairs.j)):
+        columns[f"walk_{end}"] = names.take(pa.array(samples.walk[rows]))
+        columns[f"time_{end}_s"] = samples.time_s[rows]
+    kept = result.loops.reason == KEPT
+    columns |= {"similarity": pairs.similarity, "sigma_m": result.uncertainty.sigma(pairs.similarity)}
+    columns |= {"kept": kept, "reason": np.where(kept, "", result.loops.reason)}
+    _write_csv(path, columns)
+
+
+def _write_csv(path: Path, columns: dict[str, Any]) -> None:
+    table = pa.table({n: c if isinstance(c, pa.Array) else pa.array(c) for n, c in columns.items()})
+    for k, column in enumerate(table.columns):
+        if pa.types.is_dictionary(column.type):
+            table = table.set_column(k, table.schema.names[k], column.cast(pa.string()))
+    pacsv.write_csv(table, path, pacsv.WriteOptions(quoting_style="needed"))
+
+
+def _read_parts(folder: Path) -> SlamResult:
+    samples = RadioMap.load(folder / "radio_map.parquet")
+    summary = json.loads((folder / "summary.json").read_text("utf-8"))
+    odometry = pacsv.read_csv(folder / "odometry.csv")
+    place = {key: row for row, key in enumerate(_keys(samples.walks, samples.walk, samples.time_s))}
+    reference_xy = np.full((len(samples), 2), np.nan)
+    if (folder / "reference.csv").exists():
+        table = _read_csv(folder / "reference.csv")
+        rows = [place[key] for key in zip(table["walk"].to_pylist(), table["time_s"].to_pylist(), strict=True)]
+        reference_xy[rows] = np.column_stack([table["x_m"].to_numpy(), table["y_m"].to_numpy()])
+    status = SolverStatus(**summary["solver"])
+    return SlamResult(
+        config=load_config(file=folder / "config.toml", environment={}),
+        radio_map=samples,
+        odometry_poses=np.column_stack([odometry[n].to_numpy() for n in ("x_m", "y_m", "heading_rad")]),
+        distance_m=odometry["distance_m"].to_numpy(),
+        reference_xy=reference_xy,
+        loops=_read_loops(folder / "loops.csv", place),
+        uncertainty=UncertaintyModel.load(folder / "uncertainty.json"),
+        graph=g2o.read_g2o((folder / "graph.g2o").read_text("utf-8"), str(folder / "graph.g2o")),
+        solver=status,
+        seconds=summary["seconds"],
+        skipped=tuple((s["path"], s["reason"]) for s in summary["skipped"]),
+    )
+
+
+def _keys(walks: tuple[str, ...], walk: Integers, time_s: Array) -> Iterator[tuple[str, float]]:
+    return zip((walks[k] for k in walk), time_s.tolist(), strict=True)
+
+
+def _read_csv(path: Path) -> pa.Table:
+    text = {name: pa.string() for name in ("walk", "walk_i", "walk_j", "reason")}
+    options = pacsv.ConvertOptions(column_types=text, strings_can_be_null=False)
+    return pacsv.read_csv(path, convert_options=options)
+
+
+def _read_loops(path: Path, place: dict[tuple[str, float], int]) -> Loops:
+    table = _read_csv(path)
+    ends = []
+    for end in ("i", "j"):
+        names, times = table[f"walk_{end}"].to_pylist(), table[f"time_{end}_s"].to_pylist()
+        ends.append(np.array([place[key] for key in zip(names, times, strict=True)], dtype=np.int64))
+    similarity = table["similarity"].to_numpy().astype(float)
+    reason = np.array(table["reason"].to_pylist(), dtype="<U32").reshape(len(table))
+    return Loops(Pairs(ends[0], ends[1], similarity), np.where(reason == "", KEPT, reason))

@@ -1,0 +1,180 @@
+"""What a mapping run found, and its summary in numbers."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam.accuracy import Alignment, ErrorStatistics, alignment_pose, position_errors, size_ratio
+from radioslam.config import Config
+from radioslam.loops import KEPT, Loops
+from radioslam.planar import transform
+from radioslam.pose_graph import PoseGraph
+from radioslam.radio_map import RadioMap
+from radioslam.uncertainty import UncertaintyModel
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+ALIGNMENT_OF_STARTS: dict[str, Alignment] = {"known": "none", "common": "start", "unknown": "rigid"}
+"""How each protocol compares a map with the truth."""
+
+
+@dataclass(frozen=True)
+class SolverStatus:
+    """How the last optimization went: ``cost`` is F of equation (1)."""
+
+    converged: bool
+    iterations: int
+    cost_before: float
+    cost_after: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SlamResult:
+    """What a mapping run found; n scans of w walks.
+
+    Attributes:
+        config: the effective configuration.
+        radio_map: the n optimized poses with their standard deviations and what was heard there.
+        odometry_poses: (n, 3) the same scans by odometry alone, placed as the walks' starts say.
+        distance_m: (n,) walked so far.
+        reference_xy: (n, 2) true positions, NaN where unknown.
+        loops: candidates between scans (indices into the n) with their verdicts.
+        uncertainty: similarity -> variance.
+        graph: the last pose graph.  solver: how its optimization went.
+        devices: (w,) the phones.  seconds: wall clock per step.
+        skipped: (path, reason) of logs that could not be used.
+    """
+
+    config: Config
+    radio_map: RadioMap
+    odometry_poses: Array
+    distance_m: Array
+    reference_xy: Array
+    loops: Loops
+    uncertainty: UncertaintyModel
+    graph: PoseGraph
+    solver: SolverStatus
+    devices: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    skipped: tuple[tuple[str, str], ...] = ()
+
+    @property
+    def walks(self) -> tuple[str, ...]:
+        """Names of the walks, sorted."""
+        return self.radio_map.walks
+
+    @property
+    def map_of_walk(self) -> Integers:
+        """(w,) the map that each walk belongs to; 0 is the largest."""
+        first = np.searchsorted(self.radio_map.walk, np.arange(len(self.walks)))
+        return self.radio_map.map[first]
+
+    def aligned(self, positions_xy: Array, how: Alignment) -> Array:
+        """Positions (n, 2) in the frame of the reference, each map aligned for itself."""
+        walk, maps = self.radio_map.walk, self.radio_map.map
+        starts = np.concatenate([[True], walk[1:] != walk[:-1]])
+        aligned = np.empty_like(positions_xy)
+        for number in np.unique(maps):
+            here = maps == number
+            pose = alignment_pose(positions_xy[here], self.reference_xy[here], how, starts[here])
+            aligned[here] = transform(pose, positions_xy[here])
+        return aligned
+
+    def summary(self) -> dict[str, Any]:
+        """Counts, lengths, errors, seconds: what stands in ``summary.json``."""
+        return summarize(self)
+
+    def save(self, folder: Path | str, force: bool = False, peak_memory_mb: float | None = None) -> Path:
+        """Write the result folder, whole or not at all.
+
+        Raises:
+            ResultError: the folder exists and ``force`` is not given, or cannot be written.
+        """
+        from radioslam.result_folder import write_result
+
+        return write_result(self, Path(folder), force, peak_memory_mb)
+
+    @staticmethod
+    def load(folder: Path | str) -> SlamResult:
+        """Read a result folder.
+
+        Raises:
+            ResultError: a file is missing, cut short or not of this form.
+        """
+        from radioslam.result_folder import read_result
+
+        return read_result(Path(folder))
+
+
+def summarize(result: SlamResult) -> dict[str, Any]:
+    """The summary as plain dicts, lists and numbers."""
+    how = ALIGNMENT_OF_STARTS[result.config.merging.starts]
+    estimate = result.aligned(result.radio_map.poses[:, :2], how)
+    odometry = result.aligned(result.odometry_poses[:, :2], how)
+    errors = {
+        "estimate": position_errors(estimate, result.reference_xy),
+        "odometry": position_errors(odometry, result.reference_xy),
+    }
+    kept = result.loops.kept
+    walk, maps = result.radio_map.walk, result.map_of_walk
+    everywhere = np.ones(len(walk), bool)
+    reasons, counts = np.unique(result.loops.reason[result.loops.reason != KEPT], return_counts=True)
+    rows = []
+    for k, name in enumerate(result.walks):
+        loops = int(np.sum((walk[kept.i] == k) | (walk[kept.j] == k)))
+        rows.append({"name": name, **_row(result, walk == k, errors), "loops": loops, "map": int(maps[k])})
+    total = {"name": "all", **_row(result, everywhere, errors), "loops": len(kept), "map": None}
+    total["size_ratio"] = _number(size_ratio(estimate, result.reference_xy))
+    return {
+        "versions": _versions(),
+        "alignment": how,
+        "walks": rows,
+        "total": total,
+        "access_points": int(np.sum(np.bincount(result.radio_map.rss_dbm.indices) > 0)),
+        "loops": {
+            "candidates": len(result.loops.pairs),
+            "kept": len(kept),
+            "rejected": dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
+        },
+        "solver": asdict(result.solver),
+        "seconds": result.seconds,
+        "maps": [
+            {"map": int(m), "walks": [result.walks[k] for k in np.flatnonzero(maps == m)]} for m in np.unique(maps)
+        ],
+        "untied": [result.walks[k] for k in np.flatnonzero(maps > 0)],
+        "skipped": [{"path": path, "reason": reason} for path, reason in result.skipped],
+    }
+
+
+def _row(result: SlamResult, mask: NDArray[np.bool_], errors: dict[str, Array]) -> dict[str, Any]:
+    walk = result.radio_map.walk[mask]
+    last = np.concatenate([walk[1:] != walk[:-1], [True]])
+    first = np.concatenate([[True], walk[1:] != walk[:-1]])
+    distance, time_s = result.distance_m[mask], result.radio_map.time_s[mask]
+    known = {name: values[mask] for name, values in errors.items()}
+    has_reference = bool(np.isfinite(known["estimate"]).any())
+    return {
+        "length_m": float(distance[last].sum()),
+        "duration_s": float((time_s[last] - time_s[first]).sum()),
+        "scans": int(mask.sum()),
+        "sigma_m": float(result.radio_map.sigma_m[mask].mean()),
+        "error": {name: ErrorStatistics.of(e).as_dict() for name, e in known.items()} if has_reference else None,
+    }
+
+
+def _number(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _versions() -> dict[str, str]:
+    packages = ("radioslam", "numpy", "scipy", "qdldl", "pyarrow")
+    return {"python": platform.python_version(), **{name: importlib.metadata.version(name) for name in packages}}
