@@ -1,0 +1,327 @@
+"""One HTML page about a mapping run, readable without network: figures, tables, and what to make of them.
+
+Everything that a log could have brought in (names, paths, identities of access points) is escaped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from radioslam.results import SlamResult
+
+ERROR_COLUMNS = {"mean": "mean", "median": "median", "p95": "95 %", "max": "max"}
+
+STYLE = """
+:root { color-scheme: light dark; --ink: #1c1c1e; --soft: #66686d; --line: #dcdde1; --page: #fff; --tint: #f5f6f8;
+  --good: #18794e; --bad: #c0362c; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e9e9ec; --soft: #a0a3aa; --line: #3a3c42; --page: #17181b; --tint: #212327; --good: #5cc594;
+    --bad: #f08078; }
+}
+* { box-sizing: border-box; }
+body { margin: 0 auto; max-width: 1180px; padding: 1.5rem 1rem 4rem; background: var(--page); color: var(--ink);
+  font: 16px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
+h1 { font-size: 1.7rem; margin: 0 0 .5rem; }
+h2 { font-size: 1.25rem; margin: 2.5rem 0 .25rem; }
+.lead { font-size: 1.1rem; max-width: 75ch; }
+.warning { border-left: 4px solid var(--bad); background: var(--tint); padding: .5rem .75rem; margin: .75rem 0; }
+p, figcaption { max-width: 85ch; }
+figcaption, .note, footer { color: var(--soft); font-size: .92rem; }
+figure { margin: .5rem 0 0; }
+.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(8.5rem, 1fr)); gap: .75rem; margin: 1.25rem 0; }
+.facts div { background: var(--tint); border-radius: 8px; padding: .6rem .8rem; }
+.facts dt { color: var(--soft); font-size: .85rem; }
+.facts dd { margin: 0; font-size: 1.3rem; font-weight: 600; }
+.facts small { font-size: .8rem; font-weight: 400; color: var(--soft); }
+.scroll { overflow: auto; max-height: 32rem; border: 1px solid var(--line); border-radius: 8px; margin-top: .5rem; }
+.columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 0 2rem; }
+table { border-collapse: collapse; width: 100%; font-size: .9rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .3rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
+th:first-child, td:first-child { text-align: left; }
+tbody th { font-weight: 400; }
+thead { position: sticky; top: 0; background: var(--tint); }
+thead th { font-weight: 600; vertical-align: bottom; }
+th.group { text-align: center; }
+tfoot { position: sticky; bottom: 0; background: var(--tint); font-weight: 600; }
+tbody tr:last-child > * { border-bottom: 0; }
+.swatch { display: inline-block; width: .75em; height: .75em; border-radius: 50%; margin-right: .5em; }
+pre { overflow: auto; background: var(--tint); padding: .75rem 1rem; border-radius: 8px; font-size: .85rem; }
+summary { cursor: pointer; }
+"""
+
+SCRIPT = """
+(function () {
+  var dark = window.matchMedia("(prefers-color-scheme: dark)");
+  var canvas = document.createElement("canvas");
+  var webgl = canvas.getContext("webgl2") || canvas.getContext("webgl");
+  function colours() {
+    var style = getComputedStyle(document.documentElement);
+    return { ink: style.getPropertyValue("--ink").trim(), line: style.getPropertyValue("--line").trim(),
+             page: style.getPropertyValue("--page").trim(), tint: style.getPropertyValue("--tint").trim() };
+  }
+  function dress(figure) {
+    var c = colours(), layout = figure.layout;
+    figure.data.forEach(function (trace) {
+      if (trace.meta === "ink") trace.line.color = c.ink;
+      if (!webgl && trace.type === "scattergl") trace.type = "scatter";
+    });
+    layout.paper_bgcolor = c.page; layout.plot_bgcolor = c.page;
+    layout.font = { color: c.ink, family: "system-ui, Roboto, Helvetica, Arial, sans-serif", size: 13 };
+    layout.hoverlabel = { bgcolor: c.tint, bordercolor: c.line, font: { color: c.ink } };
+    Object.keys(layout).filter(function (k) { return /^[xy]axis/.test(k); }).forEach(function (k) {
+      layout[k].gridcolor = c.line; layout[k].linecolor = c.line;
+    });
+    (layout.updatemenus || []).forEach(function (m) { m.bgcolor = c.tint; m.bordercolor = c.line; });
+    return figure;
+  }
+  function draw() {
+    document.querySelectorAll("script[type='application/json']").forEach(function (source) {
+      var figure = dress(JSON.parse(source.textContent));
+      Plotly.react(source.previousElementSibling, figure.data, figure.layout,
+                   { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] });
+    });
+  }
+  draw();
+  dark.addEventListener("change", draw);
+})();
+"""
+
+
+def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> None:
+    """Write the page.
+
+    Args:
+        result: what was found.
+        path: the file, replaced if it exists.
+        summary: what ``results.summarize`` tells; parts that are missing are left out.
+    """
+    from plotly.offline import get_plotlyjs
+
+    title = "RadioSLAM report"
+    sections = (_lead, _facts, _paths, _uncertainty, _coverage, _walks, _run, _configuration)
+    body = "\n".join(section(result, summary) for section in sections)
+    path.write_text(
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n<script>{get_plotlyjs()}</script>\n</head>\n'
+        f"<body>\n<header><h1>{title}</h1></header>\n<main>\n{body}\n</main>\n{_footer(summary)}\n"
+        f"<script>{SCRIPT}</script>\n</body>\n</html>\n",
+        "utf-8",
+    )
+
+
+# In words -------------------------------------------------------------------------------------------------------
+
+
+def _lead(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    total, loops = summary.get("total", {}), summary.get("loops", {})
+    maps = len(summary.get("maps", [0]))
+    became = "were joined into one map" if maps == 1 else f"fell into {maps} maps that nothing ties together"
+    text = (
+        f"{count(len(result.walks), 'walk')} with {count(len(result.radio_map), 'radio scan')} "
+        f"over {length(total.get('length_m'))} {became}: {count(loops.get('kept'), 'loop')} of "
+        f"{count(loops.get('candidates'), 'candidate')} say where people came to one place. "
+        f"The positions have a mean standard deviation of {metres(total.get('sigma_m'))} per axis by the "
+        f"method's own account. {_verdict(total.get('error'))}"
+    )
+    return f'<p class="lead">{text}</p>\n' + "".join(f'<p class="warning">{w}</p>\n' for w in _warnings(summary))
+
+
+def _verdict(error: Mapping[str, Any] | None) -> str:
+    if not error:
+        return "The logs hold no true positions to compare with."
+    estimate, odometry = error["estimate"]["mean"], error["odometry"]["mean"]
+    against = f"Against the true positions in the logs it errs {metres(estimate)} on average"
+    if estimate <= odometry:
+        return f"{against}; odometry alone errs {metres(odometry)}."
+    return f"{against}, which is more than the {metres(odometry)} of odometry alone."
+
+
+def _warnings(summary: Mapping[str, Any]) -> Iterable[str]:
+    if not summary.get("solver", {}).get("converged", True):
+        yield "The optimization did not converge: take these paths with care, or allow more iterations."
+    if untied := summary.get("untied"):
+        yield f"Not tied to the largest map, each part in a frame of its own: {escape(', '.join(untied))}."
+    for log in summary.get("skipped", []):
+        yield f"Skipped: {escape(str(log.get('path')))}: {escape(str(log.get('reason')))}"
+
+
+def _facts(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    total = summary.get("total", {})
+    error = total.get("error") or {}
+    facts = {
+        "walks": number(len(result.walks)),
+        "maps": number(len(summary.get("maps", [0]))),
+        "walked": length(total.get("length_m")),
+        "scans": number(len(result.radio_map)),
+        "access points": number(summary.get("access_points")),
+        "loops": number(summary.get("loops", {}).get("kept")),
+        "mean error": metres(error.get("estimate", {}).get("mean")),
+        "odometry alone": metres(error.get("odometry", {}).get("mean")),
+    }
+    items = "".join(f"<div><dt>{k}</dt><dd>{v}</dd></div>" for k, v in facts.items() if v != MISSING)
+    return f'<dl class="facts">{items}</dl>'
+
+
+# Figures --------------------------------------------------------------------------------------------------------
+
+
+def _paths(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    from radioslam.plots import paths_figure
+
+    caption = (
+        "Each coloured line is a walk after optimization; grey is where odometry alone would put it, and the dark "
+        "line is the true path where the logs tell it. A click in the legend shows or hides a layer, a double click "
+        "shows it alone; drag to zoom, double click in the plan to return. Loops join two scans that are taken for "
+        "one place; σ is drawn as a circle of that radius."
+    )
+    return _section("paths", "Paths", _figure(paths_figure(result), caption))
+
+
+def _uncertainty(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    from radioslam.plots import uncertainty_figure
+
+    caption = (
+        "How far apart two scans are, given how alike they are: the standard deviation that each loop gets. It was "
+        "learned from pairs of scans of the same walk, near enough in time for odometry to be trusted; below, the "
+        "number of such pairs. Where there were too few, the curve is taken from its neighbours."
+    )
+    return _section("uncertainty", "Uncertainty model", _figure(uncertainty_figure(result.uncertainty), caption))
+
+
+def _coverage(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    from radioslam.plots import coverage_figure
+
+    caption = (
+        "The radio map along the walks. The menu chooses what is shown: how many access points a scan heard, the "
+        "strongest of them, or one of those heard most. Grey points are scans that did not hear it."
+    )
+    return _section("coverage", "Radio coverage", _figure(coverage_figure(result), caption))
+
+
+def _figure(figure: Any, caption: str) -> str:
+    height = figure.layout.height
+    figure.layout.template = None  # Plotly's own colours do not follow the page's; it is also 7 kB each time
+    # "<" would let a name end the script element; in JSON it stands only within texts.
+    data = figure.to_json().replace("<", "\\u003c")
+    return (
+        f'<figure>\n<div class="plot" style="height:{height}px"></div>\n'
+        f'<script type="application/json">{data}</script>\n<figcaption>{caption}</figcaption>\n</figure>'
+    )
+
+
+# Tables ---------------------------------------------------------------------------------------------------------
+
+
+def _walks(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    rows = [_walk_cells(row, _name_cell(result, row)) for row in summary.get("walks", [])]
+    total = _walk_cells(summary.get("total", {}), "all walks")
+    with_error = any(row.get("error") for row in summary.get("walks", []))
+    head = [["walk", "map", "length", "duration", "scans", "loops", "mean σ"]]
+    if with_error:
+        head[0] += list(ERROR_COLUMNS.values()) * 2
+    width = len(head[0])
+    groups = f'<tr><th colspan="{width - 8}"></th>' + "".join(
+        f'<th class="group" colspan="4" scope="colgroup">{name}</th>'
+        for name in ("error of estimate", "of odometry alone")
+    )
+    top = (groups + "</tr>" if with_error else "") + _row(head[0], "th")
+    body = "".join(_row(cells[:width]) for cells in rows)
+    table = f"<table><thead>{top}</thead><tbody>{body}</tbody><tfoot>{_row(total[:width])}</tfoot></table>"
+    return _section("walks", "Walks", f'<div class="scroll" tabindex="0">{table}</div>')
+
+
+def _name_cell(result: SlamResult, row: Mapping[str, Any]) -> str:
+    from radioslam.plots import colour_of_walk
+
+    name = str(row.get("name", ""))
+    swatch = ""
+    if name in result.walks:
+        swatch = f'<span class="swatch" style="background:{colour_of_walk(result.walks.index(name))}"></span>'
+    return swatch + escape(name)
+
+
+def _walk_cells(row: Mapping[str, Any], name: str) -> list[str]:
+    error = row.get("error") or {}
+    cells = [name, number(row.get("map")), length(row.get("length_m")), duration(row.get("duration_s"))]
+    cells += [number(row.get("scans")), number(row.get("loops")), metres(row.get("sigma_m"))]
+    return cells + [metres(error.get(of, {}).get(key)) for of in ("estimate", "odometry") for key in ERROR_COLUMNS]
+
+
+def _run(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    loops, solver = summary.get("loops", {}), summary.get("solver", {})
+    rejected: Mapping[str, int] = loops.get("rejected", {})
+    steps: Mapping[str, float] = summary.get("seconds", {})
+    loop_rows = [["kept", number(loops.get("kept"))], *([escape(k), number(v)] for k, v in rejected.items())]
+    step_rows = [[escape(k), seconds(v)] for k, v in steps.items()]
+    status = {
+        "converged": "yes" if solver.get("converged") else "no",
+        "iterations": number(solver.get("iterations")),
+        "cost before": significant(solver.get("cost_before")),
+        "cost after": significant(solver.get("cost_after")),
+        "time": seconds(solver.get("seconds")),
+    }
+    tables = (
+        _table("Loop candidates", loop_rows, ["all", number(loops.get("candidates"))]),
+        _table("Time per step", step_rows, ["all", seconds(sum(steps.values()))]),
+        _table("Last optimization", [[k, v] for k, v in status.items()]),
+    )
+    return _section("run", "The run", f'<div class="columns">{"".join(f"<div>{t}</div>" for t in tables)}</div>')
+
+
+def _configuration(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    text = escape(result.config.to_toml())
+    inner = f"<details><summary>Effective configuration (TOML)</summary><pre><code>{text}</code></pre></details>"
+    return _section("configuration", "Configuration", inner)
+
+
+def _footer(summary: Mapping[str, Any]) -> str:
+    parts = [f"{escape(str(k))} {escape(str(v))}" for k, v in summary.get("versions", {}).items()]
+    if memory := summary.get("peak_memory_mb"):
+        parts.append(f"peak memory {memory:,.0f} MB")
+    return f"<footer><p>{' · '.join(parts)}</p></footer>"
+
+
+def _section(identity: str, title: str, inner: str) -> str:
+    return f'<section id="{identity}">\n<h2>{title}</h2>\n{inner}\n</section>'
+
+
+def _row(cells: Sequence[str], element: str = "td") -> str:
+    scope = ' scope="col"' if element == "th" else ""
+    return "<tr>" + "".join(f"<{element}{scope}>{cell}</{element}>" for cell in cells) + "</tr>"
+
+
+def _table(title: str, rows: Sequence[Sequence[str]], total: Sequence[str] = ()) -> str:
+    foot = f"<tfoot>{_row(total)}</tfoot>" if total else ""
+    body = "".join(_row(row) for row in rows)
+    return f"<h3>{title}</h3><table><tbody>{body}</tbody>{foot}</table>"
+
+
+# Numbers with units ---------------------------------------------------------------------------------------------
+
+MISSING = "–"
+
+
+def _or_missing(form: Callable[[float], str]) -> Callable[[float | None], str]:
+    def show(value: float | None) -> str:
+        return form(value) if value is not None and np.isfinite(value) else MISSING
+
+    return show
+
+
+number = _or_missing(lambda value: f"{value:,.0f}")
+metres = _or_missing(lambda value: f"{value:.1f} m")
+length = _or_missing(lambda value: f"{value / 1000:.2f} km" if value >= 1000 else f"{value:.0f} m")
+seconds = _or_missing(lambda value: f"{value:.2f} s")
+duration = _or_missing(lambda value: f"{value // 60:.0f} min {value % 60:02.0f} s")
+significant = _or_missing(lambda value: f"{value:,.4g}")
+
+
+def count(value: float | None, noun: str) -> str:
+    """``1 walk``, ``2 walks``."""
+    return f"{number(value)} {noun}{'' if value == 1 else 's'}"
