@@ -82,11 +82,12 @@ def paths_figure(result: SlamResult) -> Any:
     """Paths before, after and true, loops and standard deviations on one plan; the legend toggles the layers."""
     import plotly.graph_objects as go
 
-    layers = (_untied, _odometry, _loops, _sigma, _reference, _estimate)
+    layers = (_odometry, _loops, _estimate, _reference, _sigma, _untied)
     traces = [trace for layer in layers for trace in layer(result)]
     many = sum(len(trace["x"]) for trace in traces) > MANY_POINTS
     figure = go.Figure([(go.Scattergl if many else go.Scatter)(trace) for trace in traces])
-    return figure.update_layout(**_plan_layout(result.radio_map.poses[result.radio_map.map == 0]))
+    here = result.radio_map.map == 0
+    return figure.update_layout(**_plan_layout(np.vstack([result.radio_map.poses[here], result.odometry_poses[here]])))
 
 
 def _path_trace(result: SlamResult, layer: str, positions_xy: Array, rows: Integers, **style: Any) -> dict[str, Any]:
@@ -141,7 +142,7 @@ def _odometry(result: SlamResult) -> list[dict[str, Any]]:
 def _reference(result: SlamResult) -> list[dict[str, Any]]:
     positions_xy = reference_in_map(result)
     rows = np.flatnonzero(np.isfinite(positions_xy).all(axis=1))
-    style = {"mode": "lines", "line": {"color": "#222222", "width": 1.5}, "meta": INK, "opacity": 0.75}
+    style = {"mode": "lines", "line": {"color": "#222222", "width": 1}, "meta": INK, "opacity": 0.7}
     return [_path_trace(result, "reference", positions_xy, rows, **style)] if len(rows) else []
 
 
@@ -161,7 +162,7 @@ def _loops(result: SlamResult) -> list[dict[str, Any]]:
         return []
     low = np.floor(kept.similarity.min() * 20) / 20
     step = np.clip(((kept.similarity - low) / max(1 - low, 1e-9) * 5).astype(int), 0, 4)
-    base = {"legendgroup": "loops", "name": "loops, coloured by similarity"}
+    base = {"legendgroup": "loops", "name": "loops, coloured by similarity", "visible": "legendonly"}
     traces: list[dict[str, Any]] = []
     for k in np.unique(step):
         some = kept.select(step == k)
@@ -222,7 +223,7 @@ def _plan_layout(poses: Array) -> dict[str, Any]:
     return {
         "xaxis": axis,
         "yaxis": {**axis, "scaleanchor": "x"},
-        "height": int(np.clip(110 + 1050 * depth / width, 440, 900)),
+        "height": int(np.clip(110 + 960 * depth / width, 440, 900)),
         "legend": legend,
         "hovermode": "closest",
         "margin": {"l": 60, "r": 20, "t": 60, "b": 40},
@@ -297,9 +298,10 @@ def uncertainty_figure(model: UncertaintyModel) -> Any:
     figure.add_trace(bars.update(hovertemplate=tell), row=2, col=1)
     figure.update_yaxes(title_text="σ of the distance (m)", rangemode="tozero", row=1, col=1)
     figure.update_yaxes(title_text="samples", row=2, col=1)
+    figure.update_xaxes(range=[0, 1], zeroline=False)
     figure.update_xaxes(title_text="similarity", row=2, col=1)
     legend = {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom"}
-    return figure.update_layout(height=420, bargap=0, legend=legend, margin={"l": 60, "r": 20, "t": 40, "b": 50})
+    return figure.update_layout(height=440, bargap=0, legend=legend, margin={"l": 60, "r": 20, "t": 40, "b": 60})
 
 
 # Images ---------------------------------------------------------------------------------------------------------
@@ -317,9 +319,11 @@ def save_paths_png(result: SlamResult, path: Path) -> None:
     figure, axes = _plan_axes(samples.poses[here], len(panels))
     for axis, (title, poses) in zip(axes, panels, strict=True):
         axis.set_title(title)
-        axis.plot(*_with_gap(reference)[_lines(here, samples.walk)].T, color="black", linewidth=0.8, alpha=0.6)
+        axis.plot(*_with_gap(reference)[_lines(here, samples.walk)].T, color="black", linewidth=0.8, label="reference")
         for k in np.unique(samples.walk[here]):
             axis.plot(*poses[samples.walk == k, :2].T, color=colour_of_walk(k), linewidth=1.1)
+    if np.isfinite(reference).any():
+        axes[0].legend(frameon=False)
     figure.savefig(path, dpi=IMAGE_DPI)
 
 
@@ -336,7 +340,7 @@ def save_map_png(result: SlamResult, path: Path) -> None:
     for axis, (label, unit, here, values) in zip(axes, views, strict=False):
         axis.set_title(label)
         dots = axis.scatter(*samples.poses[rows[here], :2].T, c=values, s=6, cmap="viridis")
-        figure.colorbar(dots, ax=axis, label=unit, shrink=0.8)
+        figure.colorbar(dots, ax=axis, label=unit, fraction=0.04)
     figure.savefig(path, dpi=IMAGE_DPI)
 
 
@@ -359,7 +363,7 @@ def save_uncertainty_png(model: UncertaintyModel, path: Path) -> None:
 
 def _plan_axes(poses: Array, count: int) -> tuple[Any, Any]:
     width, depth = np.maximum(np.ptp(poses[:, :2], axis=0), 1.0)
-    height = float(np.clip(12 / count * depth / width + 0.9, 3, 12))
+    height = float(np.clip(10.4 / count * depth / width + 0.9, 3, 12))
     figure = _matplotlib_figure()(figsize=(12, height), layout="constrained")
     axes = figure.subplots(1, count, sharex=True, sharey=True)
     for axis in axes:

@@ -24,31 +24,33 @@ STYLE = """
     --bad: #f08078; }
 }
 * { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1180px; padding: 1.5rem 1rem 4rem; background: var(--page); color: var(--ink);
+body { margin: 0 auto; max-width: 1240px; padding: 1.5rem 1rem 4rem; background: var(--page); color: var(--ink);
   font: 16px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
 h1 { font-size: 1.7rem; margin: 0 0 .5rem; }
+h3 { font-size: 1rem; margin: 1rem 0 .25rem; }
 h2 { font-size: 1.25rem; margin: 2.5rem 0 .25rem; }
-.lead { font-size: 1.1rem; max-width: 75ch; }
+.lead { font-size: 1.1rem; max-width: 90ch; }
 .warning { border-left: 4px solid var(--bad); background: var(--tint); padding: .5rem .75rem; margin: .75rem 0; }
-p, figcaption { max-width: 85ch; }
+p, figcaption { max-width: 100ch; }
 figcaption, .note, footer { color: var(--soft); font-size: .92rem; }
 figure { margin: .5rem 0 0; }
-.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(8.5rem, 1fr)); gap: .75rem; margin: 1.25rem 0; }
+.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(7.6rem, 1fr)); gap: .6rem; margin: 1.25rem 0; }
 .facts div { background: var(--tint); border-radius: 8px; padding: .6rem .8rem; }
 .facts dt { color: var(--soft); font-size: .85rem; }
 .facts dd { margin: 0; font-size: 1.3rem; font-weight: 600; }
 .facts small { font-size: .8rem; font-weight: 400; color: var(--soft); }
 .scroll { overflow: auto; max-height: 32rem; border: 1px solid var(--line); border-radius: 8px; margin-top: .5rem; }
-.columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 20rem), 1fr)); gap: 0 2rem; }
-table { border-collapse: collapse; width: 100%; font-size: .9rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .7rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
+.columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 18rem), 1fr)); gap: 0 2.5rem; }
+table { border-collapse: collapse; width: 100%; font-size: .85rem; font-variant-numeric: tabular-nums; }
+th, td { padding: .3rem .5rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
 tbody th { font-weight: 400; }
 thead { position: sticky; top: 0; background: var(--tint); }
 thead th { font-weight: 600; vertical-align: bottom; }
-th.group { text-align: center; }
+thead th.group { text-align: center; border-left: 1px solid var(--line); }
 tfoot { position: sticky; bottom: 0; background: var(--tint); font-weight: 600; }
 tbody tr:last-child > * { border-bottom: 0; }
+.name { display: inline-block; max-width: 20rem; overflow: hidden; text-overflow: ellipsis; vertical-align: bottom; }
 .swatch { display: inline-block; width: .75em; height: .75em; border-radius: 50%; margin-right: .5em; }
 pre { overflow: auto; background: var(--tint); padding: .75rem 1rem; border-radius: 8px; font-size: .85rem; }
 summary { cursor: pointer; }
@@ -64,13 +66,24 @@ SCRIPT = """
     return { ink: style.getPropertyValue("--ink").trim(), line: style.getPropertyValue("--line").trim(),
              page: style.getPropertyValue("--page").trim(), tint: style.getPropertyValue("--tint").trim() };
   }
-  function dress(figure) {
+  function narrow(figure, width) {
+    figure.layout.height = Math.max(340, 150 + (figure.layout.height - 110) * width / 1050);
+    figure.layout.margin = { l: 45, r: 10, t: 50, b: 45 };
+    figure.data.forEach(function (trace) {
+      var bar = trace.marker && trace.marker.colorbar;
+      if (bar) Object.assign(bar, { orientation: "h", x: 0.5, y: -0.12, yanchor: "top", len: 1,
+                                    title: { text: bar.title.text, side: "bottom" } });
+    });
+  }
+  function dress(figure, width) {
     var c = colours(), layout = figure.layout;
+    if (width < 700) narrow(figure, width);
     figure.data.forEach(function (trace) {
       if (trace.meta === "ink") trace.line.color = c.ink;
       if (!webgl && trace.type === "scattergl") trace.type = "scatter";
     });
     layout.paper_bgcolor = c.page; layout.plot_bgcolor = c.page;
+    layout.legend = Object.assign({ bgcolor: "rgba(0,0,0,0)" }, layout.legend);
     layout.font = { color: c.ink, family: "system-ui, Roboto, Helvetica, Arial, sans-serif", size: 13 };
     layout.hoverlabel = { bgcolor: c.tint, bordercolor: c.line, font: { color: c.ink } };
     Object.keys(layout).filter(function (k) { return /^[xy]axis/.test(k); }).forEach(function (k) {
@@ -81,9 +94,12 @@ SCRIPT = """
   }
   function draw() {
     document.querySelectorAll("script[type='application/json']").forEach(function (source) {
-      var figure = dress(JSON.parse(source.textContent));
-      Plotly.react(source.previousElementSibling, figure.data, figure.layout,
-                   { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"] });
+      var place = source.previousElementSibling;
+      var figure = dress(JSON.parse(source.textContent), place.clientWidth);
+      place.style.height = figure.layout.height + "px";
+      Plotly.react(place, figure.data, figure.layout,
+                   { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"],
+                     displayModeBar: place.clientWidth < 700 ? false : "hover" });
     });
   }
   draw();
@@ -175,10 +191,10 @@ def _paths(result: SlamResult, summary: Mapping[str, Any]) -> str:
     from radioslam.plots import paths_figure
 
     caption = (
-        "Each coloured line is a walk after optimization; grey is where odometry alone would put it, and the dark "
-        "line is the true path where the logs tell it. A click in the legend shows or hides a layer, a double click "
-        "shows it alone; drag to zoom, double click in the plan to return. Loops join two scans that are taken for "
-        "one place; σ is drawn as a circle of that radius."
+        "Each coloured line is a walk after optimization; grey is where odometry alone would put it; the thin black "
+        "line (white on a dark page) is the true path, where the logs tell it. A click in the legend shows or hides "
+        "a layer, a double click shows it alone; drag to zoom, double click in the plan to return. Loops join two "
+        "scans that are taken for one place; σ is drawn as a circle of that radius."
     )
     return _section("paths", "Paths", _figure(paths_figure(result), caption))
 
@@ -219,20 +235,18 @@ def _figure(figure: Any, caption: str) -> str:
 
 
 def _walks(result: SlamResult, summary: Mapping[str, Any]) -> str:
-    rows = [_walk_cells(row, _name_cell(result, row)) for row in summary.get("walks", [])]
-    total = _walk_cells(summary.get("total", {}), "all walks")
-    with_error = any(row.get("error") for row in summary.get("walks", []))
-    head = [["walk", "map", "length", "duration", "scans", "loops", "mean σ"]]
-    if with_error:
-        head[0] += list(ERROR_COLUMNS.values()) * 2
-    width = len(head[0])
-    groups = f'<tr><th colspan="{width - 8}"></th>' + "".join(
-        f'<th class="group" colspan="4" scope="colgroup">{name}</th>'
-        for name in ("error of estimate", "of odometry alone")
-    )
-    top = (groups + "</tr>" if with_error else "") + _row(head[0], "th")
-    body = "".join(_row(cells[:width]) for cells in rows)
-    table = f"<table><thead>{top}</thead><tbody>{body}</tbody><tfoot>{_row(total[:width])}</tfoot></table>"
+    walks, total = summary.get("walks", []), summary.get("total", {})
+    columns = ["walk", "map", "length", "duration", "scans", "loops", "mean σ"]
+    groups = ""
+    if any(row.get("error") for row in walks):
+        kinds = ("error of the estimate", "error of odometry alone")
+        groups = "".join(f'<th class="group" colspan="{len(ERROR_COLUMNS)}">{kind}</th>' for kind in kinds)
+        groups = f'<tr><td colspan="{len(columns)}"></td>{groups}</tr>'
+        columns += list(ERROR_COLUMNS.values()) * 2
+    head = groups + _row(columns, "th")
+    body = "".join(_row(_walk_cells(row, _name_cell(result, row))[: len(columns)]) for row in walks)
+    foot = _row(_walk_cells(total, "all walks")[: len(columns)])
+    table = f"<table><thead>{head}</thead><tbody>{body}</tbody><tfoot>{foot}</tfoot></table>"
     return _section("walks", "Walks", f'<div class="scroll" tabindex="0">{table}</div>')
 
 
@@ -243,7 +257,7 @@ def _name_cell(result: SlamResult, row: Mapping[str, Any]) -> str:
     swatch = ""
     if name in result.walks:
         swatch = f'<span class="swatch" style="background:{colour_of_walk(result.walks.index(name))}"></span>'
-    return swatch + escape(name)
+    return f'<span class="name" title="{escape(name)}">{swatch}{escape(name)}</span>'
 
 
 def _walk_cells(row: Mapping[str, Any], name: str) -> list[str]:
@@ -318,7 +332,7 @@ number = _or_missing(lambda value: f"{value:,.0f}")
 metres = _or_missing(lambda value: f"{value:.1f} m")
 length = _or_missing(lambda value: f"{value / 1000:.2f} km" if value >= 1000 else f"{value:.0f} m")
 seconds = _or_missing(lambda value: f"{value:.2f} s")
-duration = _or_missing(lambda value: f"{value // 60:.0f} min {value % 60:02.0f} s")
+duration = _or_missing(lambda value: f"{int(value + 0.5) // 60}:{int(value + 0.5) % 60:02d} min")
 significant = _or_missing(lambda value: f"{value:,.4g}")
 
 
