@@ -129,7 +129,7 @@ def _estimate(result: SlamResult) -> list[dict[str, Any]]:
         rows = np.flatnonzero((colour == k) & (samples.map == 0))
         style = {"line": {"color": COLOURS[k], "width": 2}, "marker": {"color": COLOURS[k], "size": 4}}
         trace = _path_trace(result, "estimate, a colour per walk", samples.poses[:, :2], rows, **style)
-        traces.append({**trace, "mode": "lines+markers", "showlegend": not traces})
+        traces.append({**trace, "mode": "lines+markers", "showlegend": not traces, "legendrank": 1})
     return traces
 
 

@@ -42,13 +42,13 @@ figure { margin: .5rem 0 0; }
 .scroll { overflow: auto; max-height: 32rem; border: 1px solid var(--line); border-radius: 8px; margin-top: .5rem; }
 .columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 18rem), 1fr)); gap: 0 2.5rem; }
 table { border-collapse: collapse; width: 100%; font-size: .85rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .5rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
+th, td { padding: .3rem .42rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
 th:first-child, td:first-child { text-align: left; }
 tbody th { font-weight: 400; }
 thead { position: sticky; top: 0; background: var(--tint); }
 thead th { font-weight: 600; vertical-align: bottom; }
 thead th.group { text-align: center; border-left: 1px solid var(--line); }
-tfoot { position: sticky; bottom: 0; background: var(--tint); font-weight: 600; }
+tfoot { position: sticky; bottom: -1px; background: var(--tint); font-weight: 600; }
 tbody tr:last-child > * { border-bottom: 0; }
 .name { display: inline-block; max-width: 20rem; overflow: hidden; text-overflow: ellipsis; vertical-align: bottom; }
 .swatch { display: inline-block; width: .75em; height: .75em; border-radius: 50%; margin-right: .5em; }
@@ -68,7 +68,7 @@ SCRIPT = """
   }
   function narrow(figure, width) {
     figure.layout.height = Math.max(340, 150 + (figure.layout.height - 110) * width / 1050);
-    figure.layout.margin = { l: 45, r: 10, t: 50, b: 45 };
+    figure.layout.margin = { l: 60, r: 10, t: 40, b: 50 };
     figure.data.forEach(function (trace) {
       var bar = trace.marker && trace.marker.colorbar;
       if (bar) Object.assign(bar, { orientation: "h", x: 0.5, y: -0.12, yanchor: "top", len: 1,
@@ -236,17 +236,21 @@ def _figure(figure: Any, caption: str) -> str:
 
 def _walks(result: SlamResult, summary: Mapping[str, Any]) -> str:
     walks, total = summary.get("walks", []), summary.get("total", {})
-    columns = ["walk", "map", "length", "duration", "scans", "loops", "mean σ"]
-    groups = ""
-    if any(row.get("error") for row in walks):
+    hidden = set() if len(summary.get("maps", [])) > 1 else {"map"}
+    hidden |= set() if any(row.get("error") for row in walks) else ERROR_COLUMNS.keys()
+
+    def line(name: str, row: Mapping[str, Any]) -> str:
+        return _row([name] + [cell for column, cell in _walk_cells(row) if column not in hidden])
+
+    columns = [column for column, _ in _walk_cells({}) if column not in hidden]
+    groups, plain = "", sum(column not in ERROR_COLUMNS for column in columns) + 1
+    if plain <= len(columns):
         kinds = ("error of the estimate", "error of odometry alone")
         groups = "".join(f'<th class="group" colspan="{len(ERROR_COLUMNS)}">{kind}</th>' for kind in kinds)
-        groups = f'<tr><td colspan="{len(columns)}"></td>{groups}</tr>'
-        columns += list(ERROR_COLUMNS.values()) * 2
-    head = groups + _row(columns, "th")
-    body = "".join(_row(_walk_cells(row, _name_cell(result, row))[: len(columns)]) for row in walks)
-    foot = _row(_walk_cells(total, "all walks")[: len(columns)])
-    table = f"<table><thead>{head}</thead><tbody>{body}</tbody><tfoot>{foot}</tfoot></table>"
+        groups = f'<tr><td colspan="{plain}"></td>{groups}</tr>'
+    head = groups + _row(["walk"] + [ERROR_COLUMNS.get(column, column) for column in columns], "th")
+    body = "".join(line(_name_cell(result, row), row) for row in walks)
+    table = f"<table><thead>{head}</thead><tbody>{body}</tbody><tfoot>{line('all walks', total)}</tfoot></table>"
     return _section("walks", "Walks", f'<div class="scroll" tabindex="0">{table}</div>')
 
 
@@ -260,11 +264,18 @@ def _name_cell(result: SlamResult, row: Mapping[str, Any]) -> str:
     return f'<span class="name" title="{escape(name)}">{swatch}{escape(name)}</span>'
 
 
-def _walk_cells(row: Mapping[str, Any], name: str) -> list[str]:
+def _walk_cells(row: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """(column, text) of a walk, but for its name."""
     error = row.get("error") or {}
-    cells = [name, number(row.get("map")), length(row.get("length_m")), duration(row.get("duration_s"))]
-    cells += [number(row.get("scans")), number(row.get("loops")), metres(row.get("sigma_m"))]
-    return cells + [metres(error.get(of, {}).get(key)) for of in ("estimate", "odometry") for key in ERROR_COLUMNS]
+    return [
+        ("map", number(row.get("map"))),
+        ("length", length(row.get("length_m"))),
+        ("duration", duration(row.get("duration_s"))),
+        ("scans", number(row.get("scans"))),
+        ("loops", number(row.get("loops"))),
+        ("mean σ", metres(row.get("sigma_m"))),
+        *((key, metres(error.get(of, {}).get(key))) for of in ("estimate", "odometry") for key in ERROR_COLUMNS),
+    ]
 
 
 def _run(result: SlamResult, summary: Mapping[str, Any]) -> str:
