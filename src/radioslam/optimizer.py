@@ -11,6 +11,7 @@ JᵀWJ is found once; its values are summed with one ``bincount`` per step and f
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -215,7 +216,7 @@ def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
         s, l_sj = rows[here], lower.data[here]
         if not len(s):
             continue
-        below, right = np.tril_indices(len(s), -1)
+        below, right = _below_diagonal(len(s))
         pairs = z[np.searchsorted(keys, s[right] * n + s[below])]
         z_ss = np.zeros((len(s), len(s)))
         z_ss[below, right] = z_ss[right, below] = pairs
@@ -223,3 +224,8 @@ def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
         z[here] = -z_ss @ l_sj
         diagonal[j] -= l_sj @ z[here]
     return diagonal
+
+
+@functools.lru_cache(maxsize=4096)
+def _below_diagonal(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    return np.tril_indices(size, -1)

@@ -103,6 +103,11 @@ class PoseGraph:
     log_scale_sigma: float | None = None
     compass_sigma_rad: float | None = None
 
+    @property
+    def edge_count(self) -> int:
+        """Odometry, links and loops together."""
+        return len(self.odometry) + len(self.links) + len(self.loops)
+
     def components(self) -> Integers:
         """The connected part (n,) that each node belongs to, priors not counted."""
         edges = Edges.concatenate([self.odometry, self.links, self.loops])

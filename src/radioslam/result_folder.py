@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from radioslam import g2o
 from radioslam.config import load_config
-from radioslam.errors import ResultError
+from radioslam.errors import GraphError, ResultError
 from radioslam.formats.tum import write_tum
 from radioslam.loops import KEPT, Loops
 from radioslam.radio_map import RadioMap
@@ -52,7 +52,7 @@ def read_result(folder: Path) -> SlamResult:
     """Read a folder; see ``SlamResult.load``."""
     try:
         return _read_parts(folder)
-    except (OSError, ValueError, KeyError, TypeError, pa.ArrowException) as error:
+    except (OSError, ValueError, KeyError, TypeError, GraphError, pa.ArrowException) as error:
         raise ResultError(f"{folder}: expected a result folder, found: {error}") from None
 
 
@@ -145,37 +145,55 @@ def _write_loops(result: SlamResult, path: Path) -> None:
 
 
 def _write_csv(path: Path, columns: dict[str, Any]) -> None:
-    table = pa.table({n: c if isinstance(c, pa.Array) else pa.array(c) for n, c in columns.items()})
-    for k, column in enumerate(table.columns):
-        if pa.types.is_dictionary(column.type):
-            table = table.set_column(k, table.schema.names[k], column.cast(pa.string()))
-    pacsv.write_csv(table, path, pacsv.WriteOptions(quoting_style="needed"))
+    table = pa.table({name: _plain(column) for name, column in columns.items()})
+    with path.open("wb") as file:
+        file.write((",".join(columns) + "\n").encode())
+        for quoting in ("none", "needed"):  # quotes only where a name asks for them
+            try:
+                pacsv.write_csv(table, file, pacsv.WriteOptions(include_header=False, quoting_style=quoting))
+                break
+            except pa.ArrowInvalid:
+                file.truncate(file.seek(len(",".join(columns)) + 1))
+
+
+def _plain(column: Any) -> pa.Array:
+    array = column if isinstance(column, pa.Array) else pa.array(column)
+    return array.cast(pa.string()) if pa.types.is_dictionary(array.type) else array
 
 
 def _read_parts(folder: Path) -> SlamResult:
     samples = RadioMap.load(folder / "radio_map.parquet")
     summary = json.loads((folder / "summary.json").read_text("utf-8"))
     odometry = pacsv.read_csv(folder / "odometry.csv")
+    _check_count(folder / "odometry.csv", "rows", len(samples), len(odometry))
     place = {key: row for row, key in enumerate(_keys(samples.walks, samples.walk, samples.time_s))}
     reference_xy = np.full((len(samples), 2), np.nan)
     if (folder / "reference.csv").exists():
         table = _read_csv(folder / "reference.csv")
         rows = [place[key] for key in zip(table["walk"].to_pylist(), table["time_s"].to_pylist(), strict=True)]
         reference_xy[rows] = np.column_stack([table["x_m"].to_numpy(), table["y_m"].to_numpy()])
-    status = SolverStatus(**summary["solver"])
+    graph = g2o.read_g2o((folder / "graph.g2o").read_text("utf-8"), str(folder / "graph.g2o"))
+    loops = _read_loops(folder / "loops.csv", place)
+    _check_count(folder / "graph.g2o", "edges", summary["graph"]["edges"], graph.edge_count)
+    _check_count(folder / "loops.csv", "candidates", summary["loops"]["candidates"], len(loops.pairs))
     return SlamResult(
         config=load_config(file=folder / "config.toml", environment={}),
         radio_map=samples,
         odometry_poses=np.column_stack([odometry[n].to_numpy() for n in ("x_m", "y_m", "heading_rad")]),
         distance_m=odometry["distance_m"].to_numpy(),
         reference_xy=reference_xy,
-        loops=_read_loops(folder / "loops.csv", place),
+        loops=loops,
         uncertainty=UncertaintyModel.load(folder / "uncertainty.json"),
-        graph=g2o.read_g2o((folder / "graph.g2o").read_text("utf-8"), str(folder / "graph.g2o")),
-        solver=status,
+        graph=graph,
+        solver=SolverStatus(**summary["solver"]),
         seconds=summary["seconds"],
         skipped=tuple((s["path"], s["reason"]) for s in summary["skipped"]),
     )
+
+
+def _check_count(path: Path, what: str, expected: int, found: int) -> None:
+    if found != expected:
+        raise ResultError(f"{path}: expected {expected} {what}, found {found}; the file is not whole")
 
 
 def _keys(walks: tuple[str, ...], walk: Integers, time_s: Array) -> Iterator[tuple[str, float]]:

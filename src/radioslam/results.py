@@ -145,6 +145,7 @@ def summarize(result: SlamResult) -> dict[str, Any]:
             "kept": len(kept),
             "rejected": dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
         },
+        "graph": {"nodes": len(result.graph.poses), "edges": result.graph.edge_count},
         "solver": asdict(result.solver),
         "seconds": result.seconds,
         "maps": [

@@ -9,6 +9,7 @@ import itertools
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,7 +69,7 @@ def map_walks(
             loops = screen_candidates(candidates, fingerprints, config.screening)
         with clock("optimization"):
             graph = build_pose_graph(estimate, loops, uncertainty, config)
-            solution = optimize(graph, config.optimizer)
+            solution = optimize(graph, config.optimizer, variances=gate_m == config.loops.gates_m[-1])
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
@@ -79,7 +80,7 @@ def map_walks(
         reference_xy=_reference(merged)[nodes],
         loops=loops,
         uncertainty=uncertainty,
-        graph=graph,
+        graph=solved_graph(graph, estimate, solution),
         solver=SolverStatus(
             solution.converged, solution.iterations, solution.cost_before, solution.cost_after, solution.seconds
         ),
@@ -110,12 +111,12 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     ).check()
 
 
-def optimize(graph: PoseGraph, config: OptimizerConfig) -> Solution:
-    """Equation (1) with the unknowns of whole walks, and marginal variances."""
+def optimize(graph: PoseGraph, config: OptimizerConfig, variances: bool = True) -> Solution:
+    """Equation (1) with the unknowns of whole walks, and marginal variances if asked for."""
     blocks, size = graph_blocks(graph, config)
     x = np.zeros(size)
     x[: graph.poses.size] = graph.poses.ravel()
-    return minimize(blocks, x, config, variances=True)
+    return minimize(blocks, x, config, variances)
 
 
 def _odometry_edges(merged: MergedTracks) -> Edges:
@@ -127,6 +128,16 @@ def _odometry_edges(merged: MergedTracks) -> Edges:
         parts.append((planar.between(poses[:-1], poses[1:]), *track.motion_sigmas(time_s)))
     motion, translation, heading = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Edges(i, i + 1, motion, diagonal_information(translation, translation, heading))
+
+
+def solved_graph(graph: PoseGraph, estimate: MergedTracks, solution: Solution) -> PoseGraph:
+    """The graph at its optimum: optimized poses, and odometry stretched by each walk's step scale."""
+    if graph.log_scale_sigma is None:
+        return replace(graph, poses=estimate.poses)
+    scale = np.exp(solution.x[graph.poses.size + estimate.walk[graph.odometry.i]])
+    measured = graph.odometry.measurement
+    stretched = np.column_stack([measured[:, :2] * scale[:, None], measured[:, 2]])
+    return replace(graph, poses=estimate.poses, odometry=replace(graph.odometry, measurement=stretched))
 
 
 def annotate(merged: MergedTracks, fingerprints: Fingerprints, solution: Solution, map_of_walk: Integers) -> RadioMap:

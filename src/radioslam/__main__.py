@@ -1,0 +1,5 @@
+"""``python -m radioslam``."""
+
+from radioslam.cli import main
+
+main()
