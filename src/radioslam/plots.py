@@ -203,6 +203,7 @@ def _sigma(result: SlamResult) -> list[dict[str, Any]]:
             "mode": "lines",
             "line": {"color": "#3b7dd8", "width": 0.7},
             "name": "σ of each position",
+            "opacity": 0.45,
             "hoverinfo": "skip",
             "visible": "legendonly",
         }
