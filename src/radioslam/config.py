@@ -79,6 +79,8 @@ class UncertaintyConfig(_Group):
     """b: samples within b/2 of s make var(s)."""
     min_samples: int = Field(5, ge=1)
     """Intervals with fewer samples count as empty."""
+    per_axis: bool = False
+    """Halve var(s): d² is spread over two axes, and var(s) is used for each. The paper does not."""
     min_sigma_m: float = Field(0.5, gt=0)
     """No similarity promises more than this."""
 
@@ -158,10 +160,11 @@ PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     "default": {
         "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
+        "uncertainty": {"per_axis": True},
         "merging": {"heading_variance": 0.04, "log_scale_sigma": 0.1, "compass_sigma_rad": 0.2},
         "loops": {"similarity_threshold": 0.6, "gates_m": [20.0, 10.0]},
         "screening": {"rule": "single", "window_m": 2.0},
-        "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.7},
+        "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},
     },
 }
 

@@ -5,7 +5,7 @@ Odometry is good over short distances, so pairs of scans of one walk, less than 
 
     var(s) = (1/c) Σ d_k²    over the c samples with |s_k - s| ≤ b/2,
 
-kept as a look-up table over s.
+kept as a look-up table over s; ``per_axis`` halves it, because d² is the sum of two axes' squares.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def learn_from_samples(similarity: Array, distance_m: Array, config: Uncertainty
             f"expected at least {config.min_samples} pairs of scans of one walk with common access points within "
             f"{config.max_distance_m:g} m, found {len(s)}; record longer walks or lower fingerprints.rss_threshold_dbm"
         )
-    mean_square = (squares[last] - squares[first])[filled] / count[filled]
+    mean_square = (squares[last] - squares[first])[filled] / count[filled] / (2 if config.per_axis else 1)
     variance = np.interp(grid, grid[filled], mean_square)
     return UncertaintyModel(
         grid, np.maximum(variance, config.min_sigma_m**2), np.where(filled, count, 0).astype(np.int64)
