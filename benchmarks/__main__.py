@@ -1,0 +1,9 @@
+"""``make bench``: speed as ratios to named references, each measured in the same run."""
+
+import platform
+
+from benchmarks import reading, solver
+
+print(f"Python {platform.python_version()} on {platform.machine()}")
+for benchmark in (reading, solver):
+    benchmark.run()
