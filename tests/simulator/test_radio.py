@@ -27,7 +27,7 @@ def one_site(height_m=1.2, floor=0):
 
 
 def radio_with(walls=(), transmitters=None, **propagation):
-    building = Building(100.0, 100.0, tuple(walls), (), (), (0.0, 0.0))
+    building = Building(100.0, 100.0, tuple(walls), (), (), (0.0, 0.0), 3.6)
     return make_radio(building, transmitters or one_site(), Propagation(**propagation), 3, 0, "test")
 
 

@@ -92,6 +92,7 @@ class Building:
         width_m, depth_m: extent along x and y, from the frame's zero.
         walls: without their openings.  areas: overlapping areas are open to each other.
         doors: ways between areas that a wall separates.  start_xy: where every walk begins.
+        storey_height_m: from floor to floor.
     """
 
     width_m: float
@@ -100,7 +101,7 @@ class Building:
     areas: tuple[Area, ...]
     doors: tuple[Door, ...]
     start_xy: tuple[float, float]
-    storey_height_m: float = 3.6
+    storey_height_m: float
 
     def wall_ends(self, kind: str | None = None) -> Array:
         """Walls as rows (x0, y0, x1, y1), all of them or those of one kind."""

@@ -80,7 +80,7 @@ class FloorPlan:
             room = self.area(f"{name}{number + 1}", bounds, is_room=True)
             self.door(corridor, room, point(middles[number], front_m), inward)
 
-    def build(self, start_xy: Point) -> Building:
+    def build(self, start_xy: Point, storey_height_m: float = 3.6) -> Building:
         """The finished floor, with the place where all walks begin."""
         return Building(
             self.width_m,
@@ -89,4 +89,5 @@ class FloorPlan:
             tuple(self._areas),
             tuple(self._doors),
             start_xy,
+            storey_height_m,
         )

@@ -55,7 +55,7 @@ def campus_building() -> Building:
     plan.rooms_in_row("P", thirds, 88.0, 107.5, second, along=1, front=PARTITION)
     plan.rooms_in_row("Q", thirds, 127.0, 107.5, east, along=1, front=PARTITION)
     plan.wall((107.5, 13.0), (107.5, 57.0), CONCRETE)
-    return plan.build((1.5, 11.5))
+    return plan.build((1.5, 11.5), storey_height_m=5.0)
 
 
 def tower_building() -> Building:

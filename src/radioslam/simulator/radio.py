@@ -7,7 +7,7 @@ with PL0(f) = 20 log10(f / MHz) - 27.55 dB, the free-space loss over the first m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +16,13 @@ from radioslam.simulator.access_points import Transmitters
 from radioslam.simulator.building import Building
 from radioslam.simulator.shadowing import ShadowFields, shadow_fields
 from radioslam.simulator.streams import random_stream
+from radioslam.walk import RSS_RANGE_DBM
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+PHONE_HEIGHT_M = 1.2
+"""In the hand, above the floor."""
 
 
 @dataclass(frozen=True)
@@ -87,11 +91,11 @@ class Radio:
         """Strength (n, r) of every radio at positions (n, 2) without shadowing and fading."""
         p, t = self.propagation, self.transmitters
         storeys = np.abs(t.site_floor - floor)
-        rise = storeys * self.building.storey_height_m + np.abs(t.site_height_m - 1.2)
+        rise = (t.site_floor - floor) * self.building.storey_height_m + t.site_height_m - PHONE_HEIGHT_M
         offset = positions_xy[:, None] - t.site_xy[None, :]
         distance = np.sqrt(np.sum(offset**2, axis=2) + rise**2)
         sites = 10.0 * p.exponent * np.log10(np.maximum(distance, 1.0)) + p.floor_loss_db * storeys
-        sites += p.neighbour_loss_db * self._outside()
+        sites += p.neighbour_loss_db * self.is_outside()
         walls = p.wall_factor * self.building.wall_loss_db(positions_xy, t.site_xy)
         first_metre = 20.0 * np.log10(t.radio_mhz) - 27.55
         per_radio = np.where(t.radio_mhz > 4000.0, p.wall_factor_5ghz, 1.0) * walls[:, t.radio_site]
@@ -110,17 +114,45 @@ class Radio:
         self, positions_xy: Array, time_s: Array, floor: int, phone: Receiver, rng: np.random.Generator
     ) -> tuple[Mask, Array]:
         """Scan at positions (n, 2) and times (n,): who is heard (n, b), and the RSS in dBm (n, b)."""
-        t, p = self.transmitters, self.propagation
-        local = self.local_mean_dbm(positions_xy, floor, phone.detection_dbm - 10.0)
-        power = local + fading_db(local.shape, p.rician_k, p.branches, rng)
-        power = power[:, t.bssid_radio]
+        shape = (len(time_s), len(self.transmitters.bssids))
+        heard, rss_dbm = np.zeros(shape, dtype=bool), np.full(shape, RSS_RANGE_DBM[0])
+        radios, bssids = self._on_air_between(time_s.min(), time_s.max())
+        present = self._only(radios, bssids)
+        t, p = present.transmitters, self.propagation
+        local = present.local_mean_dbm(positions_xy, floor, phone.detection_dbm - 10.0)
+        power = (local + fading_db(local.shape, p.rician_k, p.branches, rng))[:, t.bssid_radio]
         power = power + p.reading_sd_db * rng.standard_normal(power.shape)
         site = t.radio_site[t.bssid_radio]
         on_air = (time_s[:, None] >= t.on_s[site]) & (time_s[:, None] < t.off_s[site])
-        heard = on_air & is_detected(power, phone, rng)
-        return heard, read_out(power, phone)
+        heard[:, bssids] = on_air & is_detected(power, phone, rng)
+        rss_dbm[:, bssids] = read_out(power, phone)
+        return heard, rss_dbm
 
-    def _outside(self) -> Mask:
+    def _on_air_between(self, first_s: float, last_s: float) -> tuple[Mask, Mask]:
+        """Radios (r,) and BSSIDs (b,) that send at some time in between: most hotspots of a day never meet a walk."""
+        t = self.transmitters
+        radios = ((t.on_s <= last_s) & (t.off_s > first_s))[t.radio_site]
+        return radios, radios[t.bssid_radio]
+
+    def _only(self, radios: Mask, bssids: Mask) -> Radio:
+        t = self.transmitters
+        sites = np.zeros(len(t.site_xy), dtype=bool)
+        sites[t.radio_site[radios]] = True
+        new_site, new_radio = np.cumsum(sites) - 1, np.cumsum(radios) - 1
+        chosen = replace(
+            t,
+            **{name: getattr(t, name)[sites] for name in ("site_xy", "site_floor", "site_height_m", "on_s", "off_s")},
+            **{name: getattr(t, name)[radios] for name in ("radio_mhz", "radio_power_dbm")},
+            radio_site=new_site[t.radio_site[radios]],
+            bssid_radio=new_radio[t.bssid_radio[bssids]],
+            bssids=(),
+            ephemeral=t.ephemeral[bssids],
+        )
+        fields = tuple(field.only(radios) for field in self.shadows)
+        return replace(self, transmitters=chosen, shadows=fields)
+
+    def is_outside(self) -> Mask:
+        """Which sites (s,) stand outside the building."""
         x, y = self.transmitters.site_xy.T
         width, depth = self.building.width_m, self.building.depth_m
         return np.asarray((x < 0) | (x > width) | (y < 0) | (y > depth))

@@ -36,6 +36,10 @@ class ShadowFields:
             values[rows, number] = scale * np.cos(angle).sum(axis=1)
         return values
 
+    def only(self, fields: NDArray[np.bool_]) -> ShadowFields:
+        """Those of the fields that the mask (f,) names."""
+        return ShadowFields(self.wave_xy[fields], self.phase[fields])
+
 
 def shadow_fields(
     group: NDArray[np.int64], correlation_m: float, shared: float, rng: np.random.Generator

@@ -113,7 +113,7 @@ def make_world(plan: Scenario, seed: int) -> Radio:
 def record(plan: Scenario, world: Radio, seed: int, number: int, floors: int = 1) -> Recording:
     """One walk, the ``number``-th of the survey, and what its phone hears."""
     name = f"{plan.name}-{number:02d}"
-    start_s = float(np.round(random_stream(seed, "start", name).uniform(0, plan.survey.hours * 3600.0)))
+    start_s = start_time_s(plan, seed, number)
     path = true_path(plan, world.building, seed, number)
     scan_s = scan_times(plan, path.duration_s, number, random_stream(seed, "clock", name))
     storey = (plan.deployment.storeys - floors) // 2 + number % floors
@@ -121,6 +121,13 @@ def record(plan: Scenario, world: Radio, seed: int, number: int, floors: int = 1
     phone, rng = receiver(plan, device, seed), random_stream(seed, "scans", name)
     heard, rss_dbm = world.scan(path.at(scan_s), start_s + scan_s, storey, phone, rng)
     return Recording(name, start_s, path, number % floors, device, scan_s, heard, rss_dbm)
+
+
+def start_time_s(plan: Scenario, seed: int, number: int) -> float:
+    """When the ``number``-th walk begins: spread evenly over the hours, however many walks there are."""
+    golden = (5**0.5 - 1) / 2
+    share = (random_stream(seed, "start", plan.name).random() + number * golden) % 1.0
+    return float(np.round(share * plan.survey.hours * 3600.0))
 
 
 def true_path(plan: Scenario, building: Building, seed: int, number: int) -> TruePath:
