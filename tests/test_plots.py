@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radioslam import plots
+from radioslam import images, plots
 from radioslam.config import load_config
 from radioslam.errors import ResultError
 from radioslam.results import SlamResult
@@ -158,9 +158,9 @@ def png_size(path: Path) -> tuple[int, int]:
 
 
 def test_images(result: SlamResult, tmp_path: Path) -> None:
-    plots.save_paths_png(result, tmp_path / "paths.png")
-    plots.save_map_png(result, tmp_path / "map.png")
-    plots.save_uncertainty_png(result.uncertainty, tmp_path / "uncertainty.png")
+    images.save_paths_png(result, tmp_path / "paths.png")
+    images.save_map_png(result, tmp_path / "map.png")
+    images.save_uncertainty_png(result.uncertainty, tmp_path / "uncertainty.png")
     assert png_size(tmp_path / "paths.png")[0] == 1440
     assert png_size(tmp_path / "map.png")[0] == 1440
     assert png_size(tmp_path / "uncertainty.png") == (720, 480)
@@ -178,9 +178,9 @@ def test_missing_matplotlib_says_what_to_install(
 
     monkeypatch.setattr(builtins, "__import__", without_matplotlib)
     for save, what in (
-        (plots.save_paths_png, result),
-        (plots.save_map_png, result),
-        (plots.save_uncertainty_png, result.uncertainty),
+        (images.save_paths_png, result),
+        (images.save_map_png, result),
+        (images.save_uncertainty_png, result.uncertainty),
     ):
         with pytest.raises(ResultError, match=r"^[^\n]*pip install 'radioslam\[figures\]'$"):
             save(what, tmp_path / "never.png")  # type: ignore[operator]

@@ -33,7 +33,7 @@ def test_errors_are_those_of_the_arrays():
 
 
 def test_without_reference_there_are_no_errors():
-    result = replace(office_result(), reference_xy=np.full_like(office_result().reference_xy, np.nan))
+    result = replace(office_result(), references=(None,) * len(office_result().walks))
     summary = result.summary()
     assert summary["total"]["error"] is None
     assert summary["total"]["size_ratio"] is None

@@ -7,8 +7,7 @@ Names of walks and access points are what users typed or what somebody's router 
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from numpy.typing import NDArray
 
 from radioslam import planar
 from radioslam.accuracy import alignment_pose
-from radioslam.errors import ResultError
 from radioslam.results import ALIGNMENT_OF_STARTS, SlamResult
 from radioslam.uncertainty import UncertaintyModel
 
@@ -47,7 +45,6 @@ MANY_POINTS = 3000
 """Beyond so many points SVG gets slow and WebGL draws."""
 MOST_CIRCLES = 3000
 CIRCLE = np.append(np.exp(2j * np.pi * np.arange(17) / 16), np.nan)
-IMAGE_DPI = 120
 
 
 def colour_of_walk(k: int) -> str:
@@ -65,12 +62,12 @@ def reference_in_map(result: SlamResult) -> Array:
     return np.where(here[:, None], planar.transform(planar.inverse(pose), result.reference_xy), np.nan)
 
 
-def _lines(rows: Integers, walk: Integers) -> Integers:
+def line_rows(rows: Integers, walk: Integers) -> Integers:
     """``rows`` with -1 between two walks: indices into arrays that end with NaN, so that lines break there."""
     return np.insert(rows, np.flatnonzero(np.diff(walk[rows])) + 1, -1)
 
 
-def _with_gap(columns: Array) -> Array:
+def with_gap(columns: Array) -> Array:
     """The rows and one more of NaN."""
     return np.vstack([columns, np.full((1, columns.shape[1]), np.nan)])
 
@@ -93,8 +90,8 @@ def paths_figure(result: SlamResult) -> Any:
 def _path_trace(result: SlamResult, layer: str, positions_xy: Array, rows: Integers, **style: Any) -> dict[str, Any]:
     """One trace for the walks of ``rows``; hovering shows walk, time and standard deviation."""
     samples = result.radio_map
-    line = _lines(rows, samples.walk)
-    x, y = _with_gap(positions_xy)[line].T.astype(np.float32)
+    line = line_rows(rows, samples.walk)
+    x, y = with_gap(positions_xy)[line].T.astype(np.float32)
     return {
         "x": x,
         "y": y,
@@ -241,7 +238,7 @@ def coverage_figure(result: SlamResult) -> Any:
     samples = result.radio_map
     rows = np.flatnonzero(samples.map == 0)
     rss = samples.rss_dbm[rows].tocsc()
-    views = list(_coverage_views(rss, samples.transmitters))
+    views = list(coverage_views(rss, samples.transmitters))
     trace = go.Scattergl if len(rows) > MANY_POINTS else go.Scatter
     x, y = samples.poses[rows, :2].T.astype(np.float32)
     track = {"x": x, "y": y, "mode": "markers", "marker": {"color": ODOMETRY_GREY, "size": 3}, "hoverinfo": "skip"}
@@ -254,7 +251,7 @@ def coverage_figure(result: SlamResult) -> Any:
     return figure.update_layout(**_plan_layout(samples.poses[rows]), showlegend=False, updatemenus=[_menu(views)])
 
 
-def _coverage_views(rss: Any, transmitters: tuple[str, ...]) -> Iterator[tuple[str, str, Integers, Array]]:
+def coverage_views(rss: Any, transmitters: tuple[str, ...]) -> Iterator[tuple[str, str, Integers, Array]]:
     """(label, unit, rows where there is a value, values) from (n, m) CSC of RSS in dBm."""
     count = np.bincount(rss.indices, minlength=rss.shape[0])
     heard = np.flatnonzero(count)
@@ -303,79 +300,3 @@ def uncertainty_figure(model: UncertaintyModel) -> Any:
     figure.update_xaxes(title_text="similarity", row=2, col=1)
     legend = {"orientation": "h", "x": 0, "y": 1.01, "yanchor": "bottom"}
     return figure.update_layout(height=440, bargap=0, legend=legend, margin={"l": 60, "r": 20, "t": 40, "b": 60})
-
-
-# Images ---------------------------------------------------------------------------------------------------------
-
-
-def save_paths_png(result: SlamResult, path: Path) -> None:
-    """Odometry alone beside the estimate, each with the reference where there is one, 1440 px wide.
-
-    Raises:
-        ResultError: matplotlib is not installed.
-    """
-    samples, reference = result.radio_map, reference_in_map(result)
-    here = np.flatnonzero(samples.map == 0)
-    panels = (("odometry alone", result.odometry_poses), ("estimate", samples.poses))
-    figure, axes = _plan_axes(samples.poses[here], len(panels))
-    for axis, (title, poses) in zip(axes, panels, strict=True):
-        axis.set_title(title)
-        axis.plot(*_with_gap(reference)[_lines(here, samples.walk)].T, color="black", linewidth=0.8, label="reference")
-        for k in np.unique(samples.walk[here]):
-            axis.plot(*poses[samples.walk == k, :2].T, color=colour_of_walk(k), linewidth=1.1)
-    if np.isfinite(reference).any():
-        axes[0].legend(frameon=False)
-    figure.savefig(path, dpi=IMAGE_DPI)
-
-
-def save_map_png(result: SlamResult, path: Path) -> None:
-    """The track coloured by number of access points heard and by the strongest, 1440 px wide.
-
-    Raises:
-        ResultError: matplotlib is not installed.
-    """
-    samples = result.radio_map
-    rows = np.flatnonzero(samples.map == 0)
-    views = _coverage_views(samples.rss_dbm[rows].tocsc(), samples.transmitters)
-    figure, axes = _plan_axes(samples.poses[rows], 2)
-    for axis, (label, unit, here, values) in zip(axes, views, strict=False):
-        axis.set_title(label)
-        dots = axis.scatter(*samples.poses[rows[here], :2].T, c=values, s=6, cmap="viridis")
-        figure.colorbar(dots, ax=axis, label=unit, fraction=0.04)
-    figure.savefig(path, dpi=IMAGE_DPI)
-
-
-def save_uncertainty_png(model: UncertaintyModel, path: Path) -> None:
-    """σ over similarity with the number of samples, the paper's figure 2b, 720 × 480 px.
-
-    Raises:
-        ResultError: matplotlib is not installed.
-    """
-    figure = _matplotlib_figure()(figsize=(6, 4), layout="constrained")
-    axis, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    axis.plot(model.similarity, np.sqrt(model.variance_m2), color=COLOURS[0], linewidth=2)
-    axis.set(ylabel="σ (m)", ylim=(0, None))
-    below.bar(model.similarity, model.sample_count, width=0.01, color=COLOURS[0])
-    below.set(xlabel="similarity", ylabel="samples")
-    for each in (axis, below):
-        each.grid(alpha=0.3)
-    figure.savefig(path, dpi=IMAGE_DPI)
-
-
-def _plan_axes(poses: Array, count: int) -> tuple[Any, Any]:
-    width, depth = np.maximum(np.ptp(poses[:, :2], axis=0), 1.0)
-    height = float(np.clip(10.4 / count * depth / width + 0.9, 3, 12))
-    figure = _matplotlib_figure()(figsize=(12, height), layout="constrained")
-    axes = figure.subplots(1, count, sharex=True, sharey=True)
-    for axis in axes:
-        axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
-        axis.grid(alpha=0.3)
-    return figure, axes
-
-
-def _matplotlib_figure() -> Callable[..., Any]:
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise ResultError("images need matplotlib; install it with: pip install 'radioslam[figures]'") from None
-    return Figure

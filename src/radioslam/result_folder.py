@@ -5,7 +5,7 @@ The folder is written whole or not at all:
     trajectories.csv      walk,time_s,x_m,y_m,heading_rad,sigma_m,map     a row per scan
     trajectories/*.tum    the same per walk, for evo and other tools
     odometry.csv          walk,time_s,x_m,y_m,heading_rad,distance_m      the same scans by odometry alone
-    reference.csv         walk,time_s,x_m,y_m                             true positions, where the logs had them
+    reference.csv         walk,time_s,x_m,y_m                             fixes: true positions that the logs had
     loops.csv             walk_i,time_i_s,walk_j,time_j_s,similarity,sigma_m,kept,reason
     uncertainty.json      similarity -> variance
     radio_map.parquet  graph.g2o  config.toml  summary.json  report.html
@@ -17,7 +17,7 @@ import json
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -36,6 +36,7 @@ from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult, SolverStatus
 from radioslam.similarity import Pairs
 from radioslam.uncertainty import UncertaintyModel
+from radioslam.walk import Reference
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -113,11 +114,9 @@ def _write_parts(result: SlamResult, folder: Path, peak_memory_mb: float | None)
     _write_csv(folder / "trajectories.csv", {**key, **pose, "sigma_m": samples.sigma_m, "map": samples.map})
     pose = dict(zip(pose, result.odometry_poses.T, strict=True))
     _write_csv(folder / "odometry.csv", {**key, **pose, "distance_m": result.distance_m})
-    known = np.isfinite(result.reference_xy[:, 0])
-    if known.any():
-        x, y = result.reference_xy[known].T
-        here = name.filter(pa.array(known))
-        _write_csv(folder / "reference.csv", {"walk": here, "time_s": samples.time_s[known], "x_m": x, "y_m": y})
+    fixes = [(name, reference) for name, reference in zip(samples.walks, result.references, strict=True) if reference]
+    if fixes:
+        write_references(folder / "reference.csv", fixes)
     (folder / "trajectories").mkdir()
     for k, walk in enumerate(samples.walks):
         here = samples.walk == k
@@ -129,6 +128,33 @@ def _write_parts(result: SlamResult, folder: Path, peak_memory_mb: float | None)
     (folder / "config.toml").write_text(result.config.to_toml(), "utf-8")
     (folder / "summary.json").write_text(json.dumps(summary, indent=1), "utf-8")
     write_report(result, folder / "report.html", summary)
+
+
+def write_references(path: Path, fixes: Iterable[tuple[str, Reference]]) -> None:
+    """Write fixes of walks by name as ``walk,time_s,x_m,y_m``."""
+    parts = [(np.full(len(r), name), r.time_s, *r.positions_xy.T) for name, r in fixes]
+    names = ("walk", "time_s", "x_m", "y_m")
+    _write_csv(path, dict(zip(names, (np.concatenate(c) for c in zip(*parts, strict=True)), strict=True)))
+
+
+def read_references(path: Path, origin_wgs84: tuple[float, float] | None = None) -> dict[str, Reference]:
+    """Read ``walk,time_s,x_m,y_m``; fixes of each walk by its name, sorted by time.
+
+    Raises:
+        ResultError: no such file, a column is missing or not a number.
+    """
+    try:
+        table = _read_csv(path)
+        walk = np.array(table["walk"].to_pylist(), dtype=np.str_)
+        time_s, x, y = (table[name].to_numpy().astype(float) for name in ("time_s", "x_m", "y_m"))
+        references = {}
+        for name in np.unique(walk):
+            here = np.flatnonzero(walk == name)
+            here = here[np.argsort(time_s[here], kind="stable")]
+            references[str(name)] = Reference(time_s[here], np.column_stack([x, y])[here], origin_wgs84)
+    except (OSError, KeyError, ValueError, pa.ArrowException) as error:
+        raise ResultError(f"{path}: expected columns walk,time_s,x_m,y_m, found: {error}") from None
+    return references
 
 
 def _write_loops(result: SlamResult, path: Path) -> None:
@@ -167,11 +193,8 @@ def _read_parts(folder: Path) -> SlamResult:
     odometry = pacsv.read_csv(folder / "odometry.csv")
     _check_count(folder / "odometry.csv", "rows", len(samples), len(odometry))
     place = {key: row for row, key in enumerate(_keys(samples.walks, samples.walk, samples.time_s))}
-    reference_xy = np.full((len(samples), 2), np.nan)
-    if (folder / "reference.csv").exists():
-        table = _read_csv(folder / "reference.csv")
-        rows = [place[key] for key in zip(table["walk"].to_pylist(), table["time_s"].to_pylist(), strict=True)]
-        reference_xy[rows] = np.column_stack([table["x_m"].to_numpy(), table["y_m"].to_numpy()])
+    origin = summary["origin_wgs84"] and tuple(summary["origin_wgs84"])
+    fixes = read_references(folder / "reference.csv", origin) if (folder / "reference.csv").exists() else {}
     graph = g2o.read_g2o((folder / "graph.g2o").read_text("utf-8"), str(folder / "graph.g2o"))
     loops = _read_loops(folder / "loops.csv", place)
     _check_count(folder / "graph.g2o", "edges", summary["graph"]["edges"], graph.edge_count)
@@ -181,11 +204,12 @@ def _read_parts(folder: Path) -> SlamResult:
         radio_map=samples,
         odometry_poses=np.column_stack([odometry[n].to_numpy() for n in ("x_m", "y_m", "heading_rad")]),
         distance_m=odometry["distance_m"].to_numpy(),
-        reference_xy=reference_xy,
+        references=tuple(fixes.get(name) for name in samples.walks),
         loops=loops,
         uncertainty=UncertaintyModel.load(folder / "uncertainty.json"),
         graph=graph,
         solver=SolverStatus(**summary["solver"]),
+        devices=tuple(summary["devices"]),
         seconds=summary["seconds"],
         skipped=tuple((s["path"], s["reason"]) for s in summary["skipped"]),
     )

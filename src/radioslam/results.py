@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import importlib.metadata
 import platform
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,12 +20,15 @@ from radioslam.planar import transform
 from radioslam.pose_graph import PoseGraph
 from radioslam.radio_map import RadioMap
 from radioslam.uncertainty import UncertaintyModel
+from radioslam.walk import Reference
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 ALIGNMENT_OF_STARTS: dict[str, Alignment] = {"known": "none", "common": "start", "unknown": "rigid"}
 """How each protocol compares a map with the truth."""
+MAX_GAP_S = 60.0
+"""Between fixes farther apart the truth counts as unknown."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +51,7 @@ class SlamResult:
         radio_map: the n optimized poses with their standard deviations and what was heard there.
         odometry_poses: (n, 3) the same scans by odometry alone, placed as the walks' starts say.
         distance_m: (n,) walked so far.
-        reference_xy: (n, 2) true positions, NaN where unknown.
+        references: (w,) true positions of each walk, or None.
         loops: candidates between scans (indices into the n) with their verdicts.
         uncertainty: similarity -> variance.
         graph: the last pose graph.  solver: how its optimization went.
@@ -58,7 +63,7 @@ class SlamResult:
     radio_map: RadioMap
     odometry_poses: Array
     distance_m: Array
-    reference_xy: Array
+    references: tuple[Reference | None, ...]
     loops: Loops
     uncertainty: UncertaintyModel
     graph: PoseGraph
@@ -71,6 +76,11 @@ class SlamResult:
     def walks(self) -> tuple[str, ...]:
         """Names of the walks, sorted."""
         return self.radio_map.walks
+
+    @functools.cached_property
+    def reference_xy(self) -> Array:
+        """(n, 2) true positions at the scans, NaN where unknown; see ``reference_at_scans``."""
+        return reference_at_scans(self.radio_map, self.references)
 
     @property
     def map_of_walk(self) -> Integers:
@@ -115,6 +125,21 @@ class SlamResult:
         return read_result(Path(folder))
 
 
+def reference_at_scans(
+    samples: RadioMap, references: Sequence[Reference | None], max_gap_s: float = MAX_GAP_S
+) -> Array:
+    """True positions (n, 2) of the samples, linear between the fixes of each walk.
+
+    NaN outside the fixes, between fixes more than ``max_gap_s`` apart, and for walks without reference.
+    """
+    positions = np.full((len(samples), 2), np.nan)
+    for k, reference in enumerate(references):
+        if reference is not None:
+            here = samples.walk == k
+            positions[here] = reference.at(samples.time_s[here], max_gap_s)
+    return positions
+
+
 def summarize(result: SlamResult) -> dict[str, Any]:
     """The summary as plain dicts, lists and numbers."""
     how = ALIGNMENT_OF_STARTS[result.config.merging.starts]
@@ -137,6 +162,7 @@ def summarize(result: SlamResult) -> dict[str, Any]:
     return {
         "versions": _versions(),
         "alignment": how,
+        "max_gap_s": MAX_GAP_S,
         "walks": rows,
         "total": total,
         "access_points": int(np.sum(np.bincount(result.radio_map.rss_dbm.indices) > 0)),
@@ -152,6 +178,8 @@ def summarize(result: SlamResult) -> dict[str, Any]:
             {"map": int(m), "walks": [result.walks[k] for k in np.flatnonzero(maps == m)]} for m in np.unique(maps)
         ],
         "untied": [result.walks[k] for k in np.flatnonzero(maps > 0)],
+        "devices": list(result.devices),
+        "origin_wgs84": next((r.origin_wgs84 for r in result.references if r and r.origin_wgs84), None),
         "skipped": [{"path": path, "reason": reason} for path, reason in result.skipped],
     }
 

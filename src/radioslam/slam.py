@@ -77,7 +77,7 @@ def map_walks(
         radio_map=annotate(estimate, fingerprints, solution, _number_maps(graph, merged)),
         odometry_poses=_wrapped(merged.poses[nodes]),
         distance_m=fingerprints.distance_m,
-        reference_xy=_reference(merged)[nodes],
+        references=tuple(track.walk.reference for track in tracks),
         loops=loops,
         uncertainty=uncertainty,
         graph=solved_graph(graph, estimate, solution),
@@ -153,16 +153,6 @@ def annotate(merged: MergedTracks, fingerprints: Fingerprints, solution: Solutio
         rss_dbm=fingerprints.rss_dbm,
         transmitters=fingerprints.transmitters,
     )
-
-
-def _reference(merged: MergedTracks) -> Array:
-    """(n, 2) true positions of the nodes, NaN where unknown."""
-    positions = np.full((len(merged.walk), 2), np.nan)
-    for k, track in enumerate(merged.tracks):
-        if track.walk.reference is not None:
-            here = merged.walk == k
-            positions[here] = track.walk.reference.at(merged.time_s[here])
-    return positions
 
 
 def _in_order(walks: Sequence[Walk]) -> list[Walk]:

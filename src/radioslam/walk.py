@@ -161,10 +161,19 @@ class Reference:
     def __len__(self) -> int:
         return len(self.time_s)
 
-    def at(self, time_s: Array) -> Array:
-        """Positions (m, 2), linear between fixes, NaN before the first and after the last."""
-        x, y = self.positions_xy.T
-        return np.stack([np.interp(time_s, self.time_s, c, left=np.nan, right=np.nan) for c in (x, y)], axis=-1)
+    def at(self, time_s: Array, max_gap_s: float = np.inf) -> Array:
+        """Positions (m, 2), linear between fixes.
+
+        NaN before the first fix, after the last, and between fixes more than ``max_gap_s`` apart.
+        """
+        x, y = (np.interp(time_s, self.time_s, c, left=np.nan, right=np.nan) for c in self.positions_xy.T)
+        positions = np.stack([x, y], axis=-1)
+        after = np.searchsorted(self.time_s, time_s).clip(1, max(len(self) - 1, 1))
+        if len(self) > 1:
+            gap_s = self.time_s[after] - self.time_s[after - 1]
+            exact = np.isin(time_s, self.time_s)
+            positions[(gap_s > max_gap_s) & ~exact] = np.nan
+        return positions
 
     def with_origin(self, origin_wgs84: tuple[float, float]) -> Reference:
         """The same positions in the frame whose zero lies at another latitude and longitude."""

@@ -1,0 +1,100 @@
+"""Figures as image files, for papers and READMEs; matplotlib comes with the extra ``radioslam[figures]``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam.errors import ResultError
+from radioslam.plots import COLOURS, colour_of_walk, coverage_views, line_rows, reference_in_map, with_gap
+from radioslam.results import SlamResult
+from radioslam.uncertainty import UncertaintyModel
+
+Array = NDArray[np.float64]
+
+IMAGE_DPI = 120
+
+
+def save_paths_png(result: SlamResult, path: Path) -> None:
+    """Odometry alone beside the estimate, each with the reference where there is one, 1440 px wide.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    samples, reference = result.radio_map, reference_in_map(result)
+    here = np.flatnonzero(samples.map == 0)
+    panels = (("odometry alone", result.odometry_poses), ("estimate", samples.poses))
+    figure, axes = plan_axes(samples.poses[here], len(panels))
+    for axis, (title, poses) in zip(axes, panels, strict=True):
+        axis.set_title(title)
+        axis.plot(
+            *with_gap(reference)[line_rows(here, samples.walk)].T, color="black", linewidth=0.8, label="reference"
+        )
+        for k in np.unique(samples.walk[here]):
+            axis.plot(*poses[samples.walk == k, :2].T, color=colour_of_walk(k), linewidth=1.1)
+    if np.isfinite(reference).any():
+        axes[0].legend(frameon=False)
+    figure.savefig(path, dpi=IMAGE_DPI)
+
+
+def save_map_png(result: SlamResult, path: Path) -> None:
+    """The track coloured by number of access points heard and by the strongest, 1440 px wide.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    samples = result.radio_map
+    rows = np.flatnonzero(samples.map == 0)
+    views = coverage_views(samples.rss_dbm[rows].tocsc(), samples.transmitters)
+    figure, axes = plan_axes(samples.poses[rows], 2)
+    for axis, (label, unit, here, values) in zip(axes, views, strict=False):
+        axis.set_title(label)
+        dots = axis.scatter(*samples.poses[rows[here], :2].T, c=values, s=6, cmap="viridis")
+        figure.colorbar(dots, ax=axis, label=unit, fraction=0.04)
+    figure.savefig(path, dpi=IMAGE_DPI)
+
+
+def save_uncertainty_png(model: UncertaintyModel, path: Path) -> None:
+    """σ over similarity with the number of samples, the paper's figure 2b, 720 × 480 px.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    figure = matplotlib_figure()(figsize=(6, 4), layout="constrained")
+    axis, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
+    axis.plot(model.similarity, np.sqrt(model.variance_m2), color=COLOURS[0], linewidth=2)
+    axis.set(ylabel="σ (m)", ylim=(0, None))
+    below.bar(model.similarity, model.sample_count, width=0.01, color=COLOURS[0])
+    below.set(xlabel="similarity", ylabel="samples")
+    for each in (axis, below):
+        each.grid(alpha=0.3)
+    figure.savefig(path, dpi=IMAGE_DPI)
+
+
+def plan_axes(poses: Array, count: int) -> tuple[Any, Any]:
+    """A figure with ``count`` plans side by side, shaped for poses (n, 3)."""
+    width, depth = np.maximum(np.ptp(poses[:, :2], axis=0), 1.0)
+    height = float(np.clip(10.4 / count * depth / width + 0.9, 3, 12))
+    figure = matplotlib_figure()(figsize=(12, height), layout="constrained")
+    axes = figure.subplots(1, count, sharex=True, sharey=True)
+    for axis in axes:
+        axis.set(aspect="equal", xlabel="x (m)", ylabel="y (m)")
+        axis.grid(alpha=0.3)
+    return figure, axes
+
+
+def matplotlib_figure() -> Callable[..., Any]:
+    """Matplotlib's figure class, imported late.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise ResultError("images need matplotlib; install it with: pip install 'radioslam[figures]'") from None
+    return Figure
