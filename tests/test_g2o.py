@@ -158,9 +158,9 @@ def test_the_benchmarks_reach_their_known_optima(data_folder, name):
 
 
 # GTSAM's own edges measure the residual by its logarithm, which turns (x, y) by half the heading's error: much where an
-# information matrix is a thousand times stiffer one way than the other. Its optimum is therefore a neighbour of ours, and
-# no better by our cost. How far the poses lie apart was measured once (intel 1.2 mm, manhattan 5.7 mm, city10000 3 µm;
-# MIT 0.93 m, since 20 loops hardly hold its 808 poses); the limits leave room for another GTSAM.
+# information matrix is a thousand times stiffer one way than the other. Its optimum is therefore a neighbour of ours,
+# and no better by our cost. How far the poses lie apart was measured once (intel 1.2 mm, manhattan 5.7 mm, city10000
+# 3 µm; MIT 0.93 m, since 20 loops hardly hold its 808 poses); the limits leave room for another GTSAM.
 POSES_APART_M = {"intel": 0.005, "MIT": 1.5, "manhattan": 0.02, "city10000": 0.005}
 
 
