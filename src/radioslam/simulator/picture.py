@@ -40,4 +40,4 @@ def draw_survey(scenario: str, seed: int, path: Path | str) -> None:
     axes.plot(*transmitters.site_xy[fixed].T, "^", color="#d62828", markersize=6, label="access point")
     axes.plot(*building.start_xy, "o", color="black", markersize=8, label="start")
     figure.legend(loc="outside upper center", ncols=5, frameon=False)
-    figure.savefig(path, dpi=110)
+    figure.savefig(path, dpi=110, bbox_inches="tight")

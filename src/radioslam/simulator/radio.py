@@ -16,13 +16,14 @@ from radioslam.simulator.access_points import Transmitters
 from radioslam.simulator.building import Building
 from radioslam.simulator.shadowing import ShadowFields, shadow_fields
 from radioslam.simulator.streams import random_stream
-from radioslam.walk import RSS_RANGE_DBM
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 PHONE_HEIGHT_M = 1.2
 """In the hand, above the floor."""
+WEAKEST_DBM = -127.0
+"""What a phone can report at the least."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,15 @@ class Receiver:
 
 
 @dataclass(frozen=True)
+class Readings:
+    """What was heard, a row per reading: ``scan`` and ``bssid`` (k,) are indices, ``rss_dbm`` (k,)."""
+
+    scan: NDArray[np.int64]
+    bssid: NDArray[np.int64]
+    rss_dbm: Array
+
+
+@dataclass(frozen=True)
 class Radio:
     """The radio world of one building: call ``scan``."""
 
@@ -112,10 +122,8 @@ class Radio:
 
     def scan(
         self, positions_xy: Array, time_s: Array, floor: int, phone: Receiver, rng: np.random.Generator
-    ) -> tuple[Mask, Array]:
-        """Scan at positions (n, 2) and times (n,): who is heard (n, b), and the RSS in dBm (n, b)."""
-        shape = (len(time_s), len(self.transmitters.bssids))
-        heard, rss_dbm = np.zeros(shape, dtype=bool), np.full(shape, RSS_RANGE_DBM[0])
+    ) -> Readings:
+        """Scan at positions (n, 2) and times (n,)."""
         radios, bssids = self._on_air_between(time_s.min(), time_s.max())
         present = self._only(radios, bssids)
         t, p = present.transmitters, self.propagation
@@ -124,9 +132,8 @@ class Radio:
         power = power + p.reading_sd_db * rng.standard_normal(power.shape)
         site = t.radio_site[t.bssid_radio]
         on_air = (time_s[:, None] >= t.on_s[site]) & (time_s[:, None] < t.off_s[site])
-        heard[:, bssids] = on_air & is_detected(power, phone, rng)
-        rss_dbm[:, bssids] = read_out(power, phone)
-        return heard, rss_dbm
+        scan, number = np.nonzero(on_air & is_detected(power, phone, rng))
+        return Readings(scan, np.flatnonzero(bssids)[number], read_out(power[scan, number], phone))
 
     def _on_air_between(self, first_s: float, last_s: float) -> tuple[Mask, Mask]:
         """Radios (r,) and BSSIDs (b,) that send at some time in between: most hotspots of a day never meet a walk."""
@@ -196,6 +203,6 @@ def is_detected(power_dbm: Array, phone: Receiver, rng: np.random.Generator) -> 
 
 def read_out(power_dbm: Array, phone: Receiver) -> Array:
     """What the phone reports: offset, rounded to its step, within its range."""
-    finite = np.maximum(power_dbm, -127.0)
+    finite = np.maximum(power_dbm, WEAKEST_DBM)
     rounded = np.round((finite + phone.offset_db) / phone.step_db) * phone.step_db
-    return np.asarray(np.clip(rounded, -127.0, phone.strongest_dbm))
+    return np.asarray(np.clip(rounded, WEAKEST_DBM, phone.strongest_dbm))

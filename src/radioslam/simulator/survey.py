@@ -11,7 +11,7 @@ from radioslam.errors import ConfigError
 from radioslam.simulator.access_points import Transmitters, deploy
 from radioslam.simulator.building import Building
 from radioslam.simulator.inertial import PhoneSensors, inertial_streams, steel_fields
-from radioslam.simulator.radio import Radio, Receiver, make_radio
+from radioslam.simulator.radio import Radio, Readings, Receiver, make_radio
 from radioslam.simulator.scenarios import SCENARIOS, Scenario
 from radioslam.simulator.streams import random_stream
 from radioslam.simulator.tracker import drifted_poses
@@ -30,7 +30,7 @@ class Recording:
     Attributes:
         name: of the walk.  start_s: on the survey's clock.  path: true position over the time since then.
         floor: storey, counted from 0.  device: number of the phone's model.
-        scan_s: (n,) since the start.  heard, rss_dbm: (n, b) over the transmitters' BSSIDs.
+        scan_s: (n,) since the start.  readings: of these scans.
     """
 
     name: str
@@ -39,8 +39,7 @@ class Recording:
     floor: int
     device: int
     scan_s: Array
-    heard: Mask
-    rss_dbm: Array
+    readings: Readings
 
 
 def simulate(
@@ -119,8 +118,8 @@ def record(plan: Scenario, world: Radio, seed: int, number: int, floors: int = 1
     storey = (plan.deployment.storeys - floors) // 2 + number % floors
     device = number % plan.survey.devices
     phone, rng = receiver(plan, device, seed), random_stream(seed, "scans", name)
-    heard, rss_dbm = world.scan(path.at(scan_s), start_s + scan_s, storey, phone, rng)
-    return Recording(name, start_s, path, number % floors, device, scan_s, heard, rss_dbm)
+    readings = world.scan(path.at(scan_s), start_s + scan_s, storey, phone, rng)
+    return Recording(name, start_s, path, number % floors, device, scan_s, readings)
 
 
 def start_time_s(plan: Scenario, seed: int, number: int) -> float:
@@ -166,7 +165,8 @@ def _kept_bssids(transmitters: Transmitters, recordings: list[Recording], scenar
     Only the scenario's own walks decide, so that further walks leave their data as they are.
     """
     kept = np.ones(len(transmitters.bssids), dtype=bool)
-    times_heard = np.sum([r.heard.sum(axis=0) for r in recordings[: scenario.walks]], axis=0)
+    heard = np.concatenate([r.readings.bssid for r in recordings[: scenario.walks]])
+    times_heard = np.bincount(heard, minlength=len(kept))
     surplus = np.count_nonzero(times_heard) - (scenario.bssid_count or len(kept))
     candidates = np.flatnonzero((times_heard > 0) & transmitters.ephemeral)
     rarest = candidates[np.argsort(times_heard[candidates], kind="stable")]
@@ -199,10 +199,12 @@ def _inertial(plan: Scenario, recording: Recording, seed: int) -> Inertial:
 
 
 def _as_scans(recording: Recording, kept: Mask, transmitters: Transmitters) -> RadioScans:
-    scan, bssid = np.nonzero(recording.heard & kept)
+    readings = recording.readings
+    chosen = kept[readings.bssid]
+    scan, bssid = readings.scan[chosen], readings.bssid[chosen]
     return RadioScans.from_readings(
         recording.start_s + recording.scan_s[scan],
         np.array(transmitters.bssids)[bssid].tolist(),
-        recording.rss_dbm[scan, bssid],
+        readings.rss_dbm[chosen],
         transmitters.radio_mhz[transmitters.bssid_radio[bssid]],
     )
