@@ -365,3 +365,9 @@ def test_variances_grow_along_a_walk_without_loops():
     heading_variance = solve(graph, variances=True).inverse_diagonal[2::3]
     assert np.all(np.diff(heading_variance) > 0)
     assert heading_variance[0] == pytest.approx(0.01)
+
+
+def test_a_graph_that_nothing_holds_has_no_variances():
+    loose = replace(random_graph(np.random.default_rng(0)), priors=Priors.none())
+    with pytest.raises(GraphError, match="a map lacks its anchor"):
+        solve(loose, OptimizerConfig(), variances=True)
