@@ -94,3 +94,18 @@ def size_ratio(estimate_xy: Array, reference_xy: Array) -> float:
 
 def _spread(positions_xy: Array) -> float:
     return float(np.sqrt(np.mean(np.sum((positions_xy - positions_xy.mean(axis=0)) ** 2, axis=1))))
+
+
+def segment_errors(estimate_xy: Array, reference_xy: Array, length_m: float) -> Array:
+    """Relative errors (k,), in metres per metre, over segments of ``length_m`` walked by the reference.
+
+    A segment begins at each position of one walk, (n, 2) each, and ends at the first position that lies
+    ``length_m`` further along the reference; its error is the distance between the two displacements, over the
+    segment's true length.
+    """
+    along = planar.path_length(reference_xy) if len(reference_xy) else np.zeros(0)
+    end = np.searchsorted(along, along + length_m - 1e-9)
+    begin = np.flatnonzero(end < len(along))
+    end = end[begin]
+    difference = (estimate_xy[end] - estimate_xy[begin]) - (reference_xy[end] - reference_xy[begin])
+    return np.hypot(*difference.T) / (along[end] - along[begin])

@@ -194,6 +194,54 @@ def simulate(
         typer.echo(f"{len(made)} walks with {scans} scans in {out}")
 
 
+@app.command()
+def evaluate(
+    result: Annotated[Path, typer.Argument(help="A result folder.", show_default=False)],
+    reference: Annotated[
+        Path | None,
+        typer.Option(help="walk,time_s,x_m,y_m (CSV), WALK.tum, or a folder of them; default: what the logs had."),
+    ] = None,
+    align: Annotated[str | None, typer.Option(help="none, start or rigid; default: by the result's starts.")] = None,
+    max_gap: Annotated[float, typer.Option(help="Seconds between fixes beyond which the truth is unknown.")] = 60.0,
+    as_json: AsJson = False,
+    as_markdown: Annotated[bool, typer.Option("--markdown", help="Print Markdown.")] = False,
+    as_latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
+    plots: Annotated[Path | None, typer.Option(help="Folder for error-cdf.png and paths.png.")] = None,
+    tum: Annotated[Path | None, typer.Option(help="Folder for pairs of TUM files that evo reads.")] = None,
+) -> None:
+    """Judge a result against true positions: errors, ratio to odometry, size ratio, relative errors."""
+    from radioslam import evaluation_tables
+    from radioslam.evaluation import evaluate as judge
+    from radioslam.evaluation import load_references, write_tum_pairs
+    from radioslam.results import SlamResult
+
+    loaded = SlamResult.load(result)
+    references = load_references(reference, loaded.walks) if reference else None
+    judged = judge(loaded, references, _alignment(align), max_gap)
+    if plots is not None:
+        from radioslam.images import save_error_cdf_png, save_paths_png
+
+        plots.mkdir(parents=True, exist_ok=True)
+        save_error_cdf_png(judged, plots / "error-cdf.png")
+        save_paths_png(loaded, plots / "paths.png")
+    if tum is not None:
+        write_tum_pairs(loaded, judged, tum)
+    if as_json:
+        typer.echo(json.dumps(judged.as_dict(), indent=1))
+    elif as_markdown or as_latex:
+        typer.echo((evaluation_tables.markdown if as_markdown else evaluation_tables.latex)(judged), nl=False)
+    else:
+        _show(evaluation_tables.terminal(judged))
+
+
+def _alignment(name: str | None) -> Any:
+    from radioslam.errors import ConfigError
+
+    if name not in (None, "none", "start", "rigid"):
+        raise ConfigError(f"unknown alignment {name!r}; expected none, start or rigid")
+    return name
+
+
 @app.callback(invoke_without_command=True)
 def _root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.", is_eager=True)] = False,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam.errors import ResultError
+from radioslam.evaluation import Evaluation
 from radioslam.plots import COLOURS, colour_of_walk, coverage_views, line_rows, reference_in_map, with_gap
 from radioslam.results import SlamResult
 from radioslam.uncertainty import UncertaintyModel
@@ -72,6 +73,23 @@ def save_uncertainty_png(model: UncertaintyModel, path: Path) -> None:
     below.set(xlabel="similarity", ylabel="samples")
     for each in (axis, below):
         each.grid(alpha=0.3)
+    figure.savefig(path, dpi=IMAGE_DPI)
+
+
+def save_error_cdf_png(evaluation: Evaluation, path: Path) -> None:
+    """Share of scans (vertical) that err less than so many metres, 720 × 480 px.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    figure = matplotlib_figure()(figsize=(6, 4), layout="constrained")
+    axis = figure.subplots()
+    for (name, errors), colour in zip(evaluation.errors.items(), ("0.5", COLOURS[0]), strict=True):
+        ordered = np.sort(errors[np.isfinite(errors)])
+        axis.plot(ordered, np.arange(1, len(ordered) + 1) / len(ordered), color=colour, linewidth=2, label=name)
+    axis.set(xlabel="error (m)", ylabel="share of scans", xlim=(0, None), ylim=(0, 1))
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False)
     figure.savefig(path, dpi=IMAGE_DPI)
 
 

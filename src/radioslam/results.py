@@ -88,14 +88,15 @@ class SlamResult:
         first = np.searchsorted(self.radio_map.walk, np.arange(len(self.walks)))
         return self.radio_map.map[first]
 
-    def aligned(self, positions_xy: Array, how: Alignment) -> Array:
-        """Positions (n, 2) in the frame of the reference, each map aligned for itself."""
+    def aligned(self, positions_xy: Array, how: Alignment, reference_xy: Array | None = None) -> Array:
+        """Positions (n, 2) in the frame of the reference (n, 2), each map aligned for itself."""
+        reference_xy = self.reference_xy if reference_xy is None else reference_xy
         walk, maps = self.radio_map.walk, self.radio_map.map
         starts = np.concatenate([[True], walk[1:] != walk[:-1]])
         aligned = np.empty_like(positions_xy)
         for number in np.unique(maps):
             here = maps == number
-            pose = alignment_pose(positions_xy[here], self.reference_xy[here], how, starts[here])
+            pose = alignment_pose(positions_xy[here], reference_xy[here], how, starts[here])
             aligned[here] = transform(pose, positions_xy[here])
         return aligned
 
