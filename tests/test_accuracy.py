@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from radioslam import planar
-from radioslam.accuracy import ErrorStatistics, alignment_pose, position_errors, size_ratio
+from radioslam.accuracy import ErrorStatistics, alignment_pose, position_errors, segment_errors, size_ratio
 
 
 def test_statistics_of_a_hand_computed_case():
@@ -68,3 +68,17 @@ def test_size_ratio_of_a_contracted_map(path):
 def test_size_ratio_needs_a_spread():
     assert np.isnan(size_ratio(np.zeros((1, 2)), np.zeros((1, 2))))
     assert np.isnan(size_ratio(np.ones((4, 2)), np.zeros((4, 2))))
+
+
+def test_segments_of_a_stretched_straight_walk():
+    reference = np.column_stack([np.arange(0.0, 51.0), np.zeros(51)])
+    errors = segment_errors(1.1 * reference, reference, 10.0)
+    assert len(errors) == 41
+    np.testing.assert_allclose(errors, 0.1)
+
+
+def test_segments_see_no_constant_shift_and_need_length():
+    reference = np.column_stack([np.arange(0.0, 51.0), np.zeros(51)])
+    np.testing.assert_allclose(segment_errors(reference + 7.0, reference, 30.0), 0.0)
+    assert len(segment_errors(reference, reference, 100.0)) == 0
+    assert len(segment_errors(reference[:0], reference[:0], 10.0)) == 0

@@ -205,3 +205,34 @@ def test_an_interrupt_leaves_nothing_behind(logs, tmp_path):
             assert [path.name for path in left] == ["r"]
             break
         assert left == []
+
+
+@pytest.fixture(scope="module")
+def mapped(tmp_path_factory) -> Path:
+    from tests.crowds import office_result
+
+    return office_result(starts="known").save(tmp_path_factory.mktemp("mapped") / "r")
+
+
+def test_evaluate_prints_tables_in_four_forms(mapped, capsys):
+    code, out, _ = run(capsys, "evaluate", mapped)
+    assert code == 0
+    assert "mean error of the estimate over that of odometry" in out
+    judged = json.loads(run(capsys, "evaluate", mapped, "--json")[1])
+    mean = f"{judged['total']['errors']['estimate']['mean']:.2f}"
+    assert mean in out
+    assert mean in run(capsys, "evaluate", mapped, "--markdown")[1]
+    assert mean in run(capsys, "evaluate", mapped, "--latex")[1]
+
+
+def test_evaluate_writes_plots_and_pairs(mapped, tmp_path, capsys):
+    assert run(capsys, "evaluate", mapped, "--plots", tmp_path / "p", "--tum", tmp_path / "t")[0] == 0
+    assert {path.name for path in (tmp_path / "p").iterdir()} == {"error-cdf.png", "paths.png"}
+    assert len(list((tmp_path / "t").rglob("*.tum"))) == 3 * len(office_walks())
+
+
+def test_evaluate_refuses_what_is_no_result_and_no_alignment(mapped, tmp_path, capsys):
+    assert run(capsys, "evaluate", tmp_path)[0] == 1
+    code, _, err = run(capsys, "evaluate", mapped, "--align", "scaled")
+    assert code == 1
+    assert "none, start or rigid" in err

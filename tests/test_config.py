@@ -141,6 +141,10 @@ def test_unknown_keys_in_a_file_or_variable_are_errors_too(file):
         "optimizer.max_iterations=0",
         "optimizer.tolerance=0",
         "odometry.typical_step_m=5",
+        "uncertainty.max_distance_m=inf",
+        "odometry.step_band_hz=[3.0, 1.0]",
+        "odometry.step_band_hz=[0.5, 30.0]",
+        "odometry.step_band_hz=[0.0, 3.0]",
         "loops=3",
     ],
 )
@@ -154,7 +158,7 @@ def test_an_override_without_a_value_is_an_error():
         load("loops.similarity_threshold")
 
 
-@pytest.mark.parametrize("content", [b"[loops", b"\xff\xfe\x00", b"loops: {}\n", b"preset = 3\n"])
+@pytest.mark.parametrize("content", [b"[loops", b"\xff\xfe\x00", b"loops: {}\n", b"preset = 3\n", b"preset = []\n"])
 def test_a_file_that_is_no_configuration_is_an_error(file, content):
     file.write_bytes(content)
     with pytest.raises(ConfigError):

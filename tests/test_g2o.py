@@ -1,7 +1,10 @@
+import contextlib
 import gzip
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from radioslam import planar
 from radioslam.config import OptimizerConfig
@@ -130,6 +133,25 @@ def test_an_unknown_vertex_is_an_error(old):
 def test_an_empty_text_is_an_error(text):
     with pytest.raises(GraphError, match="no vertex"):
         read_g2o(text)
+
+
+@pytest.mark.parametrize("vertex", ["inf", "nan", "1e30", "0.5"])
+@pytest.mark.parametrize(("line", "text"), [(2, "VERTEX_SE2 {} 0 0 0"), (6, "FIX {}")])
+def test_numbers_of_vertices_are_whole(line, text, vertex):
+    lines = LINES.copy()
+    lines[line - 1] = text.format(vertex)
+    with pytest.raises(GraphError, match=rf"^walk\.g2o:{line}: expected"):
+        read_g2o("\n".join(lines), "walk.g2o")
+
+
+@settings(deadline=None)
+@given(st.integers(0, len(LINES) - 1), st.integers(0, 12), st.sampled_from(["inf", "nan", "1e300", "-1", "", "x", "9"]))
+def test_a_mangled_field_is_read_or_refused_but_never_breaks_anything(line, field, value):
+    lines = [text.split() for text in LINES]
+    if field < len(lines[line]):
+        lines[line][field] = value
+    with contextlib.suppress(GraphError):
+        read_g2o("\n".join(" ".join(fields) for fields in lines)).check()
 
 
 # The standard benchmarks ---------------------------------------------------------------------------------------------

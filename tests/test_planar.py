@@ -60,7 +60,7 @@ def test_wrapping_keeps_the_direction_and_lands_in_the_half_open_turn(angle):
     np.testing.assert_allclose([np.cos(wrapped), np.sin(wrapped)], [np.cos(angle), np.sin(angle)], atol=1e-9)
 
 
-@pytest.mark.parametrize("angle", [np.pi, -np.pi, 3 * np.pi, np.nextafter(np.pi, 0.0)])
+@pytest.mark.parametrize("angle", [np.pi, -np.pi, 3 * np.pi, np.nextafter(np.pi, 0.0), np.nextafter(-np.pi, -4.0)])
 def test_wrapping_holds_its_range_at_the_seam(angle):
     assert -np.pi <= planar.wrap(angle) < np.pi
 

@@ -130,3 +130,21 @@ def test_diagonal_information_is_one_over_the_squares_and_broadcasts():
     np.testing.assert_allclose(information, [np.diag([4.0, 1.0, 100.0]), np.diag([0.25, 1.0, 100.0])])
     assert diagonal_information(1.0, 1.0, 1.0).shape == (1, 3, 3)
     assert diagonal_information(np.zeros(0), np.zeros(0), np.zeros(0)).shape == (0, 3, 3)
+
+
+@pytest.mark.parametrize("kind", ["odometry", "links", "loops"])
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_measurements_must_be_finite(graph, kind, number):
+    bad = edges((0, 2))
+    bad.measurement[0, 1] = number
+    with pytest.raises(GraphError, match=f"{kind}: expected finite"):
+        replace(graph, **{kind: bad}).check()
+
+
+def test_poses_and_priors_must_be_finite(graph):
+    bad = priors(0)
+    bad.measurement[0, 2] = np.nan
+    with pytest.raises(GraphError, match="priors: expected finite"):
+        replace(graph, priors=bad).check()
+    with pytest.raises(GraphError, match="expected finite"):
+        replace(graph, poses=np.full((6, 3), np.nan)).check()

@@ -185,3 +185,20 @@ def test_a_missing_or_binary_file_is_the_same_error(tmp_path):
     for name in ("binary", "missing"):
         with pytest.raises(ResultError, match=f"{name}: expected an uncertainty model"):
             UncertaintyModel.load(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"variance_m2": [2.0, 1.0, 1.0]},
+        {"similarity": []},
+        {"similarity": [1.0, 0.0]},
+        {"similarity": [0.0, float("nan")]},
+        {"similarity": [], "variance_m2": [], "sample_count": []},
+        {"sample_count": [1]},
+    ],
+)
+def test_columns_that_make_no_table_are_an_error(tmp_path, change):
+    (tmp_path / "model.json").write_text(json.dumps(GOOD | change))
+    with pytest.raises(ResultError, match=r"model\.json: expected"):
+        UncertaintyModel.load(tmp_path / "model.json")
