@@ -28,7 +28,9 @@ app = typer.Typer(
 Logs = Annotated[list[Path], typer.Argument(metavar="LOGS...", help="Logs, or folders of logs.", show_default=False)]
 Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write; made whole or not at all.")]
 Force = Annotated[bool, typer.Option("--force", help="Replace the folder if it exists.")]
-Preset = Annotated[str, typer.Option("--preset", help="default, or paper: the values of arXiv:1904.11712.")]
+Preset = Annotated[
+    str | None, typer.Option("--preset", help="default, or paper: the values of arXiv:1904.11712.", show_default=False)
+]
 ConfigFile = Annotated[Path | None, typer.Option("--config", help="TOML file with any of the keys.")]
 Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key; repeatable.")]
 Format = Annotated[str, typer.Option("--format", help="Log format; auto looks at the content.")]
@@ -41,7 +43,7 @@ def map_command(
     logs: Logs,
     out: Out = Path("result"),
     starts: Annotated[str | None, typer.Option("--starts", help="common, known or unknown.")] = None,
-    preset: Preset = "default",
+    preset: Preset = None,
     config: ConfigFile = None,
     set_: Overrides = None,
     format: Format = "auto",
@@ -155,7 +157,7 @@ def _values(formats: Any) -> list[Any]:
 
 @app.command("config")
 def config_command(
-    preset: Preset = "default",
+    preset: Preset = None,
     config: ConfigFile = None,
     set_: Overrides = None,
     out: Annotated[Path | None, typer.Option("--out", "-o", help="File to write instead of printing.")] = None,

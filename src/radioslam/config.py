@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import tomli_w
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, ValidationError, field_validator
 
 from radioslam.errors import ConfigError
 
@@ -22,7 +22,9 @@ ENVIRONMENT_PREFIX = "RADIOSLAM_SET_"
 
 
 class _Group(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, validate_default=True, use_attribute_docstrings=True)
+    model_config = ConfigDict(
+        extra="forbid", frozen=True, validate_default=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class OdometryConfig(_Group):
@@ -30,6 +32,14 @@ class OdometryConfig(_Group):
 
     step_band_hz: tuple[float, float] = (0.75, 2.75)
     """Pass band of the acceleration norm in which steps are sought."""
+
+    @field_validator("step_band_hz")
+    @classmethod
+    def _band_is_ordered(cls, band: tuple[float, float]) -> tuple[float, float]:
+        if not 0 < band[0] < band[1] < 25:
+            raise ValueError("expected 0 < low < high < 25 Hz, half of the rate at which steps are sought")
+        return band
+
     step_peak_mps2: float = Field(0.8, gt=0)
     """Lowest peak of the filtered norm that counts as a step."""
     step_interval_s: float = Field(0.3, gt=0)
@@ -51,7 +61,7 @@ class OdometryConfig(_Group):
     """Standard deviation of the heading's change from step to step."""
     tracker_translation_sigma: float = Field(0.05, gt=0)
     """Of given odometry: standard deviation in m of 1 m walked; grows with the root of the distance."""
-    tracker_heading_sigma_rad: float = Field(0.05, gt=0)
+    tracker_heading_sigma_rad: float = Field(0.02, gt=0)
     """Of given odometry: standard deviation in rad of 1 m walked; grows with the root of the distance."""
 
 
@@ -159,6 +169,7 @@ class Config(_Group):
 PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     "default": {
+        "odometry": {"tracker_heading_sigma_rad": 0.05},
         "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
         "uncertainty": {"per_axis": True},
         "merging": {"heading_variance": 0.04, "log_scale_sigma": 0.1, "compass_sigma_rad": 0.2},
@@ -170,7 +181,7 @@ PRESETS: dict[str, dict[str, Any]] = {
 
 
 def load_config(
-    preset: str = "default",
+    preset: str | None = None,
     file: Path | None = None,
     overrides: Iterable[str] = (),
     environment: Mapping[str, str] | None = None,
@@ -178,7 +189,7 @@ def load_config(
     """Build the effective configuration.
 
     Args:
-        preset: ``paper`` or ``default``; a file may name its own with a top-level ``preset`` key.
+        preset: ``paper`` or ``default``; without it what the file's top-level ``preset`` key says, else ``default``.
         file: TOML with any subset of the keys.
         overrides: ``group.key=value`` texts, TOML values (bare words count as strings).
         environment: ``RADIOSLAM_SET_GROUP__KEY`` variables are read from here; default ``os.environ``.
@@ -187,8 +198,9 @@ def load_config(
         ConfigError: unknown preset, unknown key, wrong type, or value out of range.
     """
     settings = _read_file(file) if file else {}
-    preset = settings.pop("preset", preset)
-    if preset not in PRESETS:
+    named = settings.pop("preset", "default")
+    preset = named if preset is None else preset
+    if not isinstance(preset, str) or preset not in PRESETS:
         raise ConfigError(f"unknown preset {preset!r}; expected one of {', '.join(PRESETS)}")
     merged = _merge(PRESETS[preset], settings)
     for key, text in _from_environment(os.environ if environment is None else environment):

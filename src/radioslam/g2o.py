@@ -51,17 +51,23 @@ def read_g2o(text: str, name: str = "g2o") -> PoseGraph:
         try:
             values = [float(f) for f in fields]
             if tag == "FIX":
-                fixed += [int(v) for v in values]
+                fixed += [_number(v) for v in values]
             elif len(values) != widths[tag]:
                 raise ValueError(f"{len(values)} numbers after {tag}")
             elif tag == "VERTEX_SE2":
-                vertices[int(values[0])] = values[1:]
+                vertices[_number(values[0])] = values[1:]
             else:
                 (edges if tag == "EDGE_SE2" else priors).append(values)
         except (ValueError, KeyError) as error:
             expected = "VERTEX_SE2, EDGE_SE2, EDGE_PRIOR_SE2 or FIX with its numbers"
             raise GraphError(f"{name}:{number}: expected {expected}, found {error}") from None
     return _assemble(vertices, np.array(edges).reshape(-1, 11), np.array(priors).reshape(-1, 10), fixed, name)
+
+
+def _number(value: float) -> int:
+    if not value.is_integer() or abs(value) > 2**53:
+        raise ValueError(f"the vertex number {value:g}")
+    return int(value)
 
 
 def _assemble(vertices: dict[int, list[float]], edges: Array, priors: Array, fixed: list[int], name: str) -> PoseGraph:

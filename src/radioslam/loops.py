@@ -63,9 +63,9 @@ def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: Scr
 
     Always: scans of one walk fewer than M apart in number are no loop. Then by ``config.rule``:
 
-    ``window`` (the paper's): of candidates <i, j>, <i, k> with k within ϑ_w metres of j along that track, the more
-    similar stays. ``mutual``: a pair stays if each scan is the other's best match in the other's walk. ``single``:
-    in order of similarity, each scan takes part in one loop, and two walks are tied once per ϑ_w metres.
+    ``window`` (the paper's): of candidates <i, j>, <i, k> of a later scan i, with k within ϑ_w metres of j along that
+    track, the more similar stays. ``mutual``: a pair stays if each scan is the other's best match in the other's walk.
+    ``single``: in order of similarity, each scan takes part in one loop, and two walks are tied once per ϑ_w metres.
     """
     i, j = candidates.i, candidates.j
     same = fingerprints.walk[i] == fingerprints.walk[j]
@@ -89,18 +89,18 @@ def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfi
 
 
 def _most_similar_in_window(pairs: Pairs, fingerprints: Fingerprints, window_m: float) -> NDArray[np.bool_]:
+    """Mask of the pairs <i, j> that no <k, j> with k near i along its track surpasses; j is the later scan."""
     keep = np.ones(len(pairs), bool)
-    for one, other in ((pairs.i, pairs.j), (pairs.j, pairs.i)):
-        along, track = fingerprints.distance_m[other], fingerprints.walk[other]
-        order = np.lexsort((along, track, one))
-        for shift in range(1, len(order)):
-            a, b = order[:-shift], order[shift:]
-            near = (one[a] == one[b]) & (track[a] == track[b]) & (along[b] - along[a] <= window_m)
-            if not near.any():
-                break
-            better = pairs.similarity[a] >= pairs.similarity[b]
-            keep[b[near & better]] = False
-            keep[a[near & ~better]] = False
+    along, track = fingerprints.distance_m[pairs.i], fingerprints.walk[pairs.i]
+    order = np.lexsort((along, track, pairs.j))
+    for shift in range(1, len(order)):
+        a, b = order[:-shift], order[shift:]
+        near = (pairs.j[a] == pairs.j[b]) & (track[a] == track[b]) & (along[b] - along[a] <= window_m)
+        if not near.any():
+            break
+        better = pairs.similarity[a] >= pairs.similarity[b]
+        keep[b[near & better]] = False
+        keep[a[near & ~better]] = False
     return keep
 
 

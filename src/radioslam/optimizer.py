@@ -120,7 +120,8 @@ def minimize(
             if not converged:
                 hessian, gradient = system.assemble(x)
         else:
-            converged = float(np.abs(step).max()) <= config.tolerance
+            at_rest = damping < 1e-3 and predicted <= config.tolerance * cost
+            converged = at_rest or float(np.abs(step).max()) <= config.tolerance
             damping, growth = damping * growth, 2 * growth
         if progress:
             progress(iteration, cost)
@@ -226,6 +227,6 @@ def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
     return diagonal
 
 
-@functools.lru_cache(maxsize=4096)
+@functools.lru_cache(maxsize=128)
 def _below_diagonal(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return np.tril_indices(size, -1)

@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 def wrap(angle: ArrayLike) -> Array:
     """Bring angles (rad, any shape) into [-π, π)."""
-    return np.asarray((np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi)
+    wrapped = (np.asarray(angle, dtype=float) + np.pi) % (2 * np.pi) - np.pi
+    return np.asarray(np.where(wrapped >= np.pi, -np.pi, wrapped))  # the remainder may round up to 2π
 
 
 def rotate(theta: ArrayLike, points_xy: ArrayLike) -> Array:

@@ -127,7 +127,9 @@ class PoseGraph:
         for name in ("odometry", "links", "loops"):
             _check_edges(name, getattr(self, name), n)
         _check_nodes("priors", self.priors.node, n)
+        _check_finite("priors", self.priors.measurement)
         _check_information("priors", self.priors.information)
+        _check_finite("poses", self.poses)
         anchored = np.zeros(n, bool)
         component = self.components()
         anchored[component[self.priors.node]] = True
@@ -144,6 +146,11 @@ def _check_nodes(name: str, nodes: Integers, n: int) -> None:
         raise GraphError(f"{name}: expected nodes 0 to {n - 1}, found {nodes.min()} to {nodes.max()}")
 
 
+def _check_finite(name: str, numbers: Array) -> None:
+    if not np.isfinite(numbers).all():
+        raise GraphError(f"{name}: expected finite numbers, found others")
+
+
 def _check_information(name: str, information: Array) -> None:
     if not np.isfinite(information).all():
         raise GraphError(f"{name}: expected finite information, found other numbers")
@@ -154,6 +161,7 @@ def _check_information(name: str, information: Array) -> None:
 
 def _check_edges(name: str, edges: Edges, n: int) -> None:
     _check_nodes(name, np.concatenate([edges.i, edges.j]), n)
+    _check_finite(name, edges.measurement)
     _check_information(name, edges.information)
     if np.any(edges.i == edges.j):
         raise GraphError(

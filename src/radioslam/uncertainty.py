@@ -72,6 +72,13 @@ class UncertaintyModel:
             )
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise ResultError(f"{path}: expected an uncertainty model (JSON), found: {error}") from None
+        shapes = {model.similarity.shape, model.variance_m2.shape, model.sample_count.shape}
+        if (
+            shapes != {(model.similarity.size,)}
+            or not model.similarity.size
+            or not np.all(np.diff(model.similarity, prepend=-np.inf) > 0)
+        ):
+            raise ResultError(f"{path}: expected three columns of one length over increasing similarity, found others")
         if not (np.isfinite(model.variance_m2).all() and np.all(model.variance_m2 > 0)):
             raise ResultError(f"{path}: expected positive finite variances, found others")
         return model
