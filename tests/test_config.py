@@ -5,7 +5,7 @@ from radioslam.config import PRESETS, Config, load_config
 from radioslam.errors import ConfigError
 
 
-def load(*overrides, preset="default", file=None, environment=None):
+def load(*overrides, preset=None, file=None, environment=None):
     """Without the variables of the machine that the tests run on."""
     return load_config(preset, file, overrides, environment or {})
 
@@ -197,3 +197,8 @@ def test_the_configuration_made_without_words_is_the_papers():
 
 def test_orientations_are_not_gated_unless_asked():
     assert load(preset="paper").loops.max_orientation_rad >= np.pi
+
+
+def test_the_preset_of_the_command_line_beats_that_of_the_file(file):
+    file.write_text('preset = "paper"\n')
+    assert load(preset="default", file=file) == load()
