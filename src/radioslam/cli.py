@@ -236,6 +236,52 @@ def evaluate(
         _show(evaluation_tables.terminal(judged))
 
 
+@app.command()
+def experiment(
+    name: Annotated[str, typer.Argument(help="rss-threshold, similarity-threshold, bin-width, timing or crowd-size.")],
+    data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
+    seeds: Annotated[int, typer.Option(help="Number of seeds: 0, 1, …", min=1)] = 3,
+    walks: Annotated[int | None, typer.Option(help="Walks drawn by each seed; default: all.", min=1)] = None,
+    presets: Annotated[str, typer.Option(help="Comma-separated.")] = "paper,default",
+    starts: Annotated[str | None, typer.Option(help="common or known; default by the data.")] = None,
+    set_: Overrides = None,
+    jobs: Annotated[int | None, typer.Option(help="Worker processes; default: one per core.", min=1)] = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", help="Folder for the table (Markdown), CSV and plot.")
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Re-run a table of the paper: every setting, preset and seed; the paper's row beside ours."""
+    from radioslam import experiments
+    from radioslam.errors import ConfigError
+
+    if name not in experiments.EXPERIMENTS:
+        raise ConfigError(f"unknown experiment {name!r}; expected one of {', '.join(experiments.EXPERIMENTS)}")
+    chosen, source = experiments.EXPERIMENTS[name], experiments.source_of(data, starts)
+    with _progress(quiet) as tell:
+        outcomes = experiments.run(
+            chosen,
+            source,
+            presets.split(","),
+            range(seeds),
+            walks,
+            set_ or [],
+            jobs,
+            lambda done, total: tell(f"{name} on {source.name}", done, total),
+        )
+    table = experiments.markdown(chosen, source, outcomes)
+    if not quiet:
+        typer.echo(table)
+    if out is not None:
+        from radioslam.images import save_sweep_png
+
+        out.mkdir(parents=True, exist_ok=True)
+        stem = f"{name}-{source.name.replace('/', '-')}"
+        (out / f"{stem}.md").write_text(table, "utf-8")
+        experiments.write_csv(outcomes, out / f"{stem}.csv")
+        save_sweep_png(chosen, outcomes, out / f"{stem}.png")
+
+
 def _alignment(name: str | None) -> Any:
     from radioslam.errors import ConfigError
 

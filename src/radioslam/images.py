@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from radioslam.errors import ResultError
 from radioslam.evaluation import Evaluation
+from radioslam.experiments import Experiment, Outcome, gather
 from radioslam.plots import COLOURS, colour_of_walk, coverage_views, line_rows, reference_in_map, with_gap
 from radioslam.results import SlamResult
 from radioslam.uncertainty import UncertaintyModel
@@ -88,6 +90,24 @@ def save_error_cdf_png(evaluation: Evaluation, path: Path) -> None:
         ordered = np.sort(errors[np.isfinite(errors)])
         axis.plot(ordered, np.arange(1, len(ordered) + 1) / len(ordered), color=colour, linewidth=2, label=name)
     axis.set(xlabel="error (m)", ylabel="share of scans", xlim=(0, None), ylim=(0, 1))
+    axis.grid(alpha=0.3)
+    axis.legend(frameon=False)
+    figure.savefig(path, dpi=IMAGE_DPI)
+
+
+def save_sweep_png(experiment: Experiment, outcomes: Sequence[Outcome], path: Path) -> None:
+    """First figure of the experiment's table over its variants, mean and spread over seeds, 720 × 480 px.
+
+    Raises:
+        ResultError: matplotlib is not installed.
+    """
+    figure = matplotlib_figure()(figsize=(6, 4), layout="constrained")
+    axis, column = figure.subplots(), experiment.columns[0]
+    for k, (preset, rows) in enumerate(itertools.groupby(gather(experiment, outcomes), key=lambda row: row[0])):
+        shown = [(variant, *means[column]) for _, variant, means in rows if column in means]
+        labels, mean, spread = zip(*shown, strict=True)
+        axis.errorbar(labels, mean, spread, color=COLOURS[k], marker="o", capsize=3, label=preset)
+    axis.set(xlabel=experiment.name, ylabel="mean error (m)" if column == "mean" else column, ylim=(0, None))
     axis.grid(alpha=0.3)
     axis.legend(frameon=False)
     figure.savefig(path, dpi=IMAGE_DPI)
