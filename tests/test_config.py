@@ -29,8 +29,7 @@ def test_the_preset_paper_has_the_values_of_the_paper():
 
 def test_the_preset_paper_adds_no_unknowns_and_no_robust_loss():
     paper = load(preset="paper")
-    assert paper.merging.log_scale_sigma == 0.0
-    assert paper.merging.compass_sigma_rad == 0.0
+    assert not paper.merging.walk_scales
     assert paper.optimizer.loop_loss == "none"
     assert len(paper.loops.gates_m) == 1
 

@@ -57,6 +57,10 @@ class OdometryConfig(_Group):
     """Half width of the moving average that corrects the integrated rate."""
     step_length_sigma: float = Field(0.1, gt=0)
     """Standard deviation of one step's length, relative."""
+    step_scale_sigma: float = Field(0.1, gt=0, lt=1)
+    """Of a walk's steps as a whole: standard deviation of the logarithm of their scale."""
+    tracker_scale_sigma: float = Field(0.02, gt=0, lt=1)
+    """The same of given odometry."""
     step_heading_sigma_rad: float = Field(0.04, gt=0)
     """Standard deviation of the heading's change from step to step."""
     tracker_translation_sigma: float = Field(0.05, gt=0)
@@ -106,10 +110,8 @@ class MergingConfig(_Group):
     """Standard deviation of a known start."""
     heading_sigma_rad: float = Field(0.2, gt=0)
     """Standard deviation of the compass heading of a whole walk."""
-    log_scale_sigma: float = Field(0.0, ge=0, le=1)
-    """Standard deviation of the logarithm of a walk's step scale, an unknown of the graph; 0: no such unknown."""
-    compass_sigma_rad: float = Field(0.0, ge=0)
-    """Standard deviation of the turn that all compass headings share (declination), an unknown; 0: none."""
+    walk_scales: bool = False
+    """Whether the scale of each walk's odometry is an unknown of the graph."""
 
 
 class LoopConfig(_Group):
@@ -172,7 +174,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "odometry": {"tracker_heading_sigma_rad": 0.05},
         "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
         "uncertainty": {"per_axis": True},
-        "merging": {"heading_variance": 0.04, "log_scale_sigma": 0.1, "compass_sigma_rad": 0.2},
+        "merging": {"heading_variance": 0.04, "walk_scales": True},
         "loops": {"similarity_threshold": 0.6, "gates_m": [20.0, 10.0]},
         "screening": {"rule": "single", "window_m": 2.0},
         "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},

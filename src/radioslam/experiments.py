@@ -1,8 +1,8 @@
 """The paper's tables and sweeps, re-runnable on simulated, semi-real and real walks.
 
 An experiment is a list of variants (settings laid over a preset), run on a source of walks with several seeds; a
-source makes the walks of one seed. Runs are independent and go to worker processes; every figure is gathered per variant
-as mean and spread over the seeds.
+source makes the walks of one seed. Runs are independent and go to worker processes; every figure is gathered per
+variant as mean and spread over the seeds.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Constraints of a pose graph as blocks of factors for the optimizer.
 
-The unknowns are x = (x_0, y_0, θ_0, x_1, …, then the log step scale of each walk, then the common compass turn).
+The unknowns are x = (x_0, y_0, θ_0, x_1, …, then the logarithm of the scale of each walk).
 Residuals live in the measurement's frame, as in g2o:
 
     e_ij = (R_zᵀ (R_iᵀ (t_j - t_i) - exp(s) t_z), wrap(θ_j - θ_i - θ_z)),   s = 0 where odometry is taken as it is
@@ -66,54 +66,44 @@ class BetweenBlock:
 
 
 class PriorBlock:
-    """Priors as factors: e = (R_zᵀ (t - t_z), wrap(θ - θ_z - turn)).
-
-    ``turn`` is the variable of the common compass turn, or None where headings are taken as they are.
-    """
+    """Priors as factors: e = (R_zᵀ (t - t_z), wrap(θ - θ_z))."""
 
     loss: LossName = "none"
     loss_scale = 1.0
 
-    def __init__(self, priors: Priors, turn: int | None = None) -> None:
-        self.measurement, self.turned = priors.measurement, turn is not None
-        columns = [pose_variables(priors.node)]
-        if turn is not None:
-            columns.append(np.full((len(priors), 1), turn))
-        self.variables = np.concatenate(columns, axis=1)
+    def __init__(self, priors: Priors) -> None:
+        self.measurement = priors.measurement
+        self.variables = pose_variables(priors.node)
         c, s = np.cos(self.measurement[:, 2]), np.sin(self.measurement[:, 2])
-        into_frame = np.zeros((len(c), 3, self.variables.shape[1]))
+        into_frame = np.zeros((len(c), 3, 3))
         into_frame[:, 0, 0], into_frame[:, 0, 1], into_frame[:, 1, 0], into_frame[:, 1, 1] = c, s, -s, c
         into_frame[:, 2, 2] = 1.0
-        if turn is not None:
-            into_frame[:, 2, 3] = -1.0
         self.jacobian = _square_root(priors.information) @ into_frame
 
     def residuals(self, x: Array) -> Array:
         """Whitened residuals (m, 3)."""
-        error = x[self.variables]
-        error[:, :3] -= self.measurement
-        turn = error[:, 3] if self.turned else 0.0
-        error[:, 2] = planar.wrap(error[:, 2] - turn) + turn
+        error = x[self.variables] - self.measurement
+        error[:, 2] = planar.wrap(error[:, 2])
         return np.einsum("mab,mb->ma", self.jacobian, error)
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
-        """Whitened residuals (m, 3) and Jacobians (m, 3, 3), or (m, 3, 4) with a common turn."""
+        """Whitened residuals (m, 3) and Jacobians (m, 3, 3)."""
         return self.residuals(x), self.jacobian
 
 
 class ZeroBlock:
-    """Independent unknowns near zero: e = x / σ for ``variables`` (m,)."""
+    """Independent unknowns near zero: e = x / σ for ``variables`` (m,) and σ (m,) or a number."""
 
     loss: LossName = "none"
     loss_scale = 1.0
 
-    def __init__(self, variables: Integers, sigma: float) -> None:
-        self.variables, self.sigma = variables[:, None], sigma
-        self.jacobian = np.full((len(variables), 1, 1), 1.0 / sigma)
+    def __init__(self, variables: Integers, sigma: Array | float) -> None:
+        self.variables = variables[:, None]
+        self.jacobian = np.broadcast_to(1.0 / np.asarray(sigma), variables.shape).reshape(-1, 1, 1)
 
     def residuals(self, x: Array) -> Array:
         """Whitened residuals (m, 1)."""
-        return x[self.variables] / self.sigma
+        return x[self.variables] * self.jacobian[:, 0]
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (m, 1) and Jacobians (m, 1, 1)."""
@@ -122,21 +112,16 @@ class ZeroBlock:
 
 def graph_blocks(graph: PoseGraph, config: OptimizerConfig) -> tuple[list[Block], int]:
     """The blocks of a graph, and the number of its unknowns."""
-    size, blocks, scale, turn = graph.poses.size, list[Block](), None, None
+    size, blocks, scale = graph.poses.size, list[Block](), None
     if graph.log_scale_sigma is not None and graph.walk is not None:
-        walks = int(graph.walk.max()) + 1
         scale = size + graph.walk[graph.odometry.i]
-        blocks.append(ZeroBlock(np.arange(size, size + walks), graph.log_scale_sigma))
-        size += walks
-    if graph.compass_sigma_rad is not None:
-        turn = size
-        blocks.append(ZeroBlock(np.array([turn]), graph.compass_sigma_rad))
-        size += 1
+        blocks.append(ZeroBlock(size + np.arange(len(graph.log_scale_sigma)), graph.log_scale_sigma))
+        size += len(graph.log_scale_sigma)
     blocks += [
         BetweenBlock(graph.odometry, log_scale=scale),
         BetweenBlock(graph.links),
         BetweenBlock(graph.loops, config.loop_loss, config.loss_scale),
-        PriorBlock(graph.priors, turn),
+        PriorBlock(graph.priors),
     ]
     return blocks, size
 

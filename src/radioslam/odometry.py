@@ -37,6 +37,7 @@ class Track:
         distance_m: (n,) walked so far.
         translation_variance: (n,) m², heading_variance: (n,) rad²; both grow along the walk, so that the
             difference between two times is the variance of the motion between them.
+        log_scale_sigma: standard deviation of the logarithm of the scale that all of the walk's steps share.
     """
 
     walk: Walk
@@ -45,6 +46,7 @@ class Track:
     distance_m: Array
     translation_variance: Array
     heading_variance: Array
+    log_scale_sigma: float
 
     def at(self, time_s: Array) -> Array:
         """Poses (m, 3) at the given times (m,)."""
@@ -89,6 +91,7 @@ def _tracker(walk: Walk, odometry: Signal, config: OdometryConfig) -> Track:
         distance,
         distance * config.tracker_translation_sigma**2,
         distance * config.tracker_heading_sigma_rad**2,
+        config.tracker_scale_sigma,
     )
 
 
@@ -106,7 +109,8 @@ def _dead_reckoning(walk: Walk, inertial: Inertial, config: OdometryConfig) -> T
     poses = np.column_stack([positions, planar.wrap(np.interp(clock, time_s, heading))])
     count = np.concatenate([np.arange(len(steps) + 1.0), [len(steps)]])
     spread = np.cumsum(np.concatenate([[0.0], (config.step_length_sigma * length) ** 2, [0.0]]))
-    return Track(walk, clock, poses, planar.path_length(positions), spread, count * config.step_heading_sigma_rad**2)
+    turning = count * config.step_heading_sigma_rad**2
+    return Track(walk, clock, poses, planar.path_length(positions), spread, turning, config.step_scale_sigma)
 
 
 def detect_steps(norm_mps2: Array, config: OdometryConfig) -> NDArray[np.int64]:

@@ -88,10 +88,8 @@ class PoseGraph:
         odometry: edges along the walks.  links: edges between starts.  loops: loop closures.
         priors: constraints on single nodes.
         walk: (n,) walk of each node; what the unknowns of whole walks belong to.
-        log_scale_sigma: standard deviation of the logarithm of each walk's step scale, an unknown of the graph that
-            stretches its odometry; None where odometry is taken as it is.
-        compass_sigma_rad: standard deviation of the turn common to all compass headings (declination, the
-            building's iron), an unknown that the headings of all priors share; None where there is none.
+        log_scale_sigma: (n_walks,) standard deviation of the logarithm of each walk's scale, an unknown of the graph
+            that stretches its odometry; None where odometry is taken as it is.
     """
 
     poses: Array
@@ -100,8 +98,7 @@ class PoseGraph:
     links: Edges = field(default_factory=Edges.none)
     priors: Priors = field(default_factory=Priors.none)
     walk: Integers | None = None
-    log_scale_sigma: float | None = None
-    compass_sigma_rad: float | None = None
+    log_scale_sigma: Array | None = None
 
     @property
     def edge_count(self) -> int:

@@ -94,6 +94,7 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     kept, node = loops.kept, merged.node_of_fingerprint
     sigma = uncertainty.sigma(kept.similarity)
     turn_sigma = np.full(len(kept), config.loops.heading_variance**0.5)
+    scales = np.array([track.log_scale_sigma for track in merged.tracks])
     return PoseGraph(
         poses=merged.poses,
         odometry=_odometry_edges(merged),
@@ -106,8 +107,7 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
         links=merged.links,
         priors=merged.priors,
         walk=merged.walk,
-        log_scale_sigma=config.merging.log_scale_sigma or None,
-        compass_sigma_rad=config.merging.compass_sigma_rad or None,
+        log_scale_sigma=scales if config.merging.walk_scales else None,
     ).check()
 
 
