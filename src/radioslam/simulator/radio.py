@@ -1,6 +1,6 @@
 """What a phone hears: the multi-wall model, shadowing, fading and the receiver.
 
-    rss = P - PL0(f) - 10 n log10(d) - L_walls - L_floors + shadowing + fading + device offset
+    rss = P - PL0(f) - 10 n log10(d) - c d - L_walls - L_floors + shadowing + fading + device offset
 
 with PL0(f) = 20 log10(f / MHz) - 27.55 dB, the free-space loss over the first metre.
 """
@@ -32,6 +32,7 @@ class Propagation:
 
     Attributes:
         exponent: path-loss exponent n without the walls; 2 is free space, corridors guide to below 2.
+        clutter_db_per_m: what people and furniture take per metre; 0.2-0.6 dB/m (Devasirvatham, 1990).
         wall_factor: scales every wall's nominal loss (bricks, reinforcement, furniture).
         wall_ceiling_db: what walls cost at most, because signals also come round through doors and windows.
         wall_factor_5ghz: walls cost more at 5 GHz, by about this factor.
@@ -46,6 +47,7 @@ class Propagation:
     """
 
     exponent: float = 2.0
+    clutter_db_per_m: float = 0.0
     wall_factor: float = 1.0
     wall_ceiling_db: float = 35.0
     wall_factor_5ghz: float = 1.3
@@ -104,7 +106,8 @@ class Radio:
         rise = (t.site_floor - floor) * self.building.storey_height_m + t.site_height_m - PHONE_HEIGHT_M
         offset = positions_xy[:, None] - t.site_xy[None, :]
         distance = np.sqrt(np.sum(offset**2, axis=2) + rise**2)
-        sites = 10.0 * p.exponent * np.log10(np.maximum(distance, 1.0)) + p.floor_loss_db * storeys
+        sites = 10.0 * p.exponent * np.log10(np.maximum(distance, 1.0)) + p.clutter_db_per_m * distance
+        sites += p.floor_loss_db * storeys
         sites += p.neighbour_loss_db * self.is_outside()
         walls = p.wall_factor * self.building.wall_loss_db(positions_xy, t.site_xy)
         first_metre = 20.0 * np.log10(t.radio_mhz) - 27.55

@@ -83,23 +83,30 @@ CAMPUS = Scenario(
     walks=4,
     # Fitted to the paper's counts of BSSIDs per scan (docs/simulator.md), within what surveys report.
     deployment=Deployment(
-        area_per_site_m2=222.0,
+        area_per_site_m2=168.0,
         bssids_per_radio=4,
         storeys=3,
         neighbours=150,
-        hotspots=95.0,
-        hotspot_life_s=350.0,
+        hotspots=100.0,
+        hotspot_life_s=300.0,
         mount_height_m=4.9,
-        power_dbm=13.1,
-        hotspot_power_dbm=6.0,
+        power_dbm=10.8,
+        hotspot_power_dbm=3.0,
+        band_gap_db=5.0,
     ),
     propagation=Propagation(
-        exponent=2.57, wall_factor=1.78, wall_ceiling_db=46.0, floor_loss_db=20.0, shadowing_db=3.3, shadowing_m=5.0
+        exponent=2.2,
+        clutter_db_per_m=0.23,
+        wall_factor=1.55,
+        wall_ceiling_db=43.0,
+        floor_loss_db=20.0,
+        shadowing_db=3.0,
+        shadowing_m=5.0,
     ),
     phone=Receiver(detection_dbm=-85.0, detection_width_db=2.0),
-    habits=WalkerHabits(speed_mps=0.7, pause_s=20.0),
+    habits=WalkerHabits(speed_mps=0.55, pause_s=20.0, pause_share=0.9, detour=0.2, favourites=4, favourite_share=0.85),
     # A visual-inertial tracker without a steady turn, fitted to an error of 4.99 m in the mean at the scans.
-    drift=TrackerDrift(heading_bias_deg_per_m=0.0, heading_walk_deg_per_sqrt_m=0.5, scale_sd=0.02),
+    drift=TrackerDrift(heading_bias_deg_per_m=0.0, heading_walk_deg_per_sqrt_m=0.475, scale_sd=0.02),
     bssid_count=2211,
 )
 

@@ -16,7 +16,7 @@ from radioslam.simulator.scenarios import SCENARIOS, Scenario
 from radioslam.simulator.streams import random_stream
 from radioslam.simulator.tracker import drifted_poses
 from radioslam.simulator.walkable import walkable_graph
-from radioslam.simulator.walkers import TruePath, plan_route, walk_route
+from radioslam.simulator.walkers import TruePath, favourite_places, plan_route, walk_route
 from radioslam.walk import Inertial, RadioScans, Reference, Signal, Walk
 
 Array = NDArray[np.float64]
@@ -135,7 +135,9 @@ def true_path(plan: Scenario, building: Building, seed: int, number: int) -> Tru
     length_m = survey.length_m[number % len(survey.length_m)]
     scans = survey.scans[number % len(survey.scans)] if survey.scans else 0
     duration_s = scans * survey.scan_period_s[1] if scans else None
-    route = plan_route(building, walkable_graph(building), length_m, plan.habits, rng)
+    graph = walkable_graph(building)
+    favourites = favourite_places(graph, plan.habits, random_stream(seed, plan.name, "favourites"))
+    route = plan_route(building, graph, length_m, plan.habits, rng, favourites)
     return walk_route(route, plan.habits, rng, duration_s)
 
 

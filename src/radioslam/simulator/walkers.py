@@ -13,6 +13,9 @@ from radioslam.simulator.building import Area, Building
 from radioslam.simulator.walkable import WALL_CLEARANCE_M, WalkableGraph
 
 Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+NOWHERE: Integers = np.zeros(0, dtype=np.int64)
 
 PIECE_M = 4.0
 """A straight way is bent a little about every so often: nobody walks on a ruler."""
@@ -33,6 +36,8 @@ class WalkerHabits:
         room_share: share of errands that lead into a room instead of a corridor or hall.
         pause_s: mean length of a pause at a destination.  pause_share: share of destinations with one.
         detour: spread of the factor on edge lengths by which routes between two places differ.
+        favourites: number of places that draw most people (doors, lifts, canteen), the same for all walkers of
+            a survey.  favourite_share: share of errands that lead to one of them.
     """
 
     speed_mps: float = 1.2
@@ -42,6 +47,8 @@ class WalkerHabits:
     pause_s: float = 8.0
     pause_share: float = 0.5
     detour: float = 0.4
+    favourites: int = 0
+    favourite_share: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,6 +97,7 @@ def plan_route(
     length_m: float,
     habits: WalkerHabits,
     rng: np.random.Generator,
+    favourites: Integers = NOWHERE,
 ) -> Route:
     """Errand after errand from the common start until ``length_m`` metres are walked."""
     corners, stops = [np.array([building.start_xy])], []
@@ -98,7 +106,7 @@ def plan_route(
     doors = set(graph.edges[graph.edge_area < 0].ravel().tolist())
     while walked < length_m * 1.05 + spare_m:
         factor = np.exp(habits.detour * rng.standard_normal(len(graph.edges)))
-        route = graph.route(place, _next_place(graph, place, habits, rng), factor)
+        route = graph.route(place, _next_place(graph, place, favourites, habits, rng), factor)
         for a, b in pairwise(route):
             area = building.areas[area_of_edge[a, b]] if area_of_edge[a, b] >= 0 else None
             end = graph.places_xy[b] + (0.0 if b in doors else rng.uniform(-LOITER_M, LOITER_M, 2))
@@ -109,11 +117,25 @@ def plan_route(
     return _finish(np.concatenate(corners), np.array(stops), length_m)
 
 
-def _next_place(graph: WalkableGraph, place: int, habits: WalkerHabits, rng: np.random.Generator) -> int:
+def favourite_places(graph: WalkableGraph, habits: WalkerHabits, rng: np.random.Generator) -> Integers:
+    """The places (k,) to which most errands of a survey lead: the start, and others spread over the floor."""
+    public = graph.destinations[~graph.in_room[graph.destinations]]
+    chosen = [0]
+    while len(chosen) < min(habits.favourites, len(public)):
+        gaps = graph.places_xy[public][:, None] - graph.places_xy[chosen][None, :]
+        apart = np.linalg.norm(gaps, axis=2).min(axis=1) * rng.uniform(0.5, 1.0, len(public))
+        chosen.append(int(public[apart.argmax()]))
+    return np.array(chosen[: habits.favourites], dtype=np.int64)
+
+
+def _next_place(
+    graph: WalkableGraph, place: int, favourites: Integers, habits: WalkerHabits, rng: np.random.Generator
+) -> int:
+    to_favourite = len(favourites) > 0 and rng.random() < habits.favourite_share
     into_room = rng.random() < habits.room_share
-    choice = graph.destinations[graph.in_room[graph.destinations] == into_room]
-    choice = choice[choice != place]
-    return int(rng.choice(choice))
+    anywhere = graph.destinations[graph.in_room[graph.destinations] == into_room]
+    choice = favourites if to_favourite else anywhere
+    return int(rng.choice(choice[choice != place]))
 
 
 def _bent_leg(start: Array, end: Array, area: Area | None, habits: WalkerHabits, rng: np.random.Generator) -> Array:
