@@ -4,15 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from scipy import sparse
 
 from radioslam import planar
 from radioslam.config import OptimizerConfig
 from radioslam.errors import GraphError
 from radioslam.factors import graph_blocks
-from radioslam.optimizer import inverse_diagonal, minimize, robust_loss, total_cost
+from radioslam.optimizer import minimize, robust_loss, total_cost
 from radioslam.pose_graph import Edges, PoseGraph, Priors, diagonal_information
 
 from .builders import chain, grid_walk, gtsam_graph, gtsam_optimum, numeric_jacobian, random_graph
@@ -307,24 +306,6 @@ def test_poses_that_are_not_finite_are_an_error():
 
 
 # Variances
-
-
-@st.composite
-def positive_definite(draw):
-    """Random sparse symmetric positive definite matrices (n, n)."""
-    n, seed, density = draw(st.integers(1, 25)), draw(st.integers(0, 2**32 - 1)), draw(st.floats(0, 0.4))
-    rng = np.random.default_rng(seed)
-    root = sparse.random_array((n, n), density=density, rng=rng, data_sampler=rng.standard_normal).toarray()
-    return root @ root.T + np.diag(rng.uniform(0.5, 2, n))
-
-
-@settings(deadline=None)
-@given(positive_definite())
-def test_the_diagonal_of_the_inverse_equals_that_of_the_dense_inverse(matrix):
-    cholesky = np.linalg.cholesky(matrix)
-    root = np.diag(cholesky)
-    lower = sparse.csc_array(np.tril(cholesky / root, -1))
-    np.testing.assert_allclose(inverse_diagonal(lower, root**2), np.diag(np.linalg.inv(matrix)), rtol=1e-9)
 
 
 @pytest.mark.parametrize("loss", LOSSES)

@@ -175,8 +175,8 @@ PRESETS: dict[str, dict[str, Any]] = {
         "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
         "uncertainty": {"per_axis": True},
         "merging": {"heading_variance": 0.04, "walk_scales": True},
-        "loops": {"similarity_threshold": 0.6, "gates_m": [20.0, 10.0]},
-        "screening": {"rule": "single", "window_m": 2.0},
+        "loops": {"similarity_threshold": 0.7, "gates_m": [20.0, 10.0]},
+        "screening": {"rule": "single", "window_m": 5.0},
         "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},
     },
 }

@@ -134,12 +134,27 @@ def _rank(priority: Array) -> Integers:
 
 def first_in_claims(rank: Integers, claims: Integers) -> NDArray[np.bool_]:
     """Mask (n,) of the items that rank (n,) highest among all that share any of their claims (n, k)."""
+    return _first(rank, *_compact(claims))
+
+
+def _compact(claims: Integers) -> tuple[Integers, int]:
+    """Claims numbered densely enough to index arrays with, and how many numbers there are."""
+    count = int(claims.max(initial=-1)) + 1
+    if count <= 4 * claims.size + 1000:
+        return claims, count
     values, flat = np.unique(claims, return_inverse=True)
-    flat = flat.reshape(claims.shape)
-    top = np.full(len(values), -1)
-    for column in flat.T:
-        np.maximum.at(top, column, rank)
-    return np.all(top[flat] == rank[:, None], axis=1)
+    return flat.reshape(claims.shape).astype(np.int64), len(values)
+
+
+def _first(rank: Integers, claims: Integers, count: int) -> NDArray[np.bool_]:
+    order = np.arange(len(rank)) if np.all(np.diff(rank) > 0) else np.argsort(rank)
+    top = np.full(count, -1)
+    for column in claims.T:
+        # Of equal places the last written stays: the highest rank.
+        highest = np.full(count, -1)
+        highest[column[order]] = rank[order]
+        top = np.maximum(top, highest)
+    return np.all(top[claims] == rank[:, None], axis=1)
 
 
 def take_greedily(priority: Array, claims: Integers) -> NDArray[np.bool_]:
@@ -148,9 +163,13 @@ def take_greedily(priority: Array, claims: Integers) -> NDArray[np.bool_]:
     In rounds: whoever comes first in all of its claims is taken, and all who share a claim with it are out. That
     is what a loop over the sorted items gives, in about log n rounds.
     """
-    rank, taken, waiting = _rank(priority), np.zeros(len(priority), bool), np.arange(len(priority))
+    claims, count = _compact(claims)
+    order = np.argsort(_rank(priority))  # from here on the last is the first to choose
+    claims, waiting, busy = claims[order], np.arange(len(order)), np.zeros(count, bool)
+    taken = np.zeros(len(order), bool)
     while len(waiting):
-        won = waiting[first_in_claims(rank[waiting], claims[waiting])]
-        taken[won] = True
-        waiting = waiting[~np.isin(claims[waiting], claims[won]).any(axis=1)]
+        won = waiting[_first(waiting, claims[waiting], count)]
+        taken[order[won]] = True
+        busy[claims[won]] = True
+        waiting = waiting[~busy[claims[waiting]].any(axis=1)]
     return taken

@@ -11,7 +11,6 @@ JᵀWJ is found once; its values are summed with one ``bincount`` per step and f
 
 from __future__ import annotations
 
-import functools
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from scipy import sparse
 
 from radioslam.config import OptimizerConfig
 from radioslam.errors import GraphError
+from radioslam.selected_inverse import inverse_diagonal
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -196,37 +196,3 @@ class _NormalEquations:
         diagonal = np.empty(self.size)
         diagonal[order] = inverse_diagonal(sparse.csc_array(lower), pivots)
         return diagonal
-
-
-def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
-    """Diagonal (n,) of (L D Lᵀ)⁻¹ for the strictly lower part of a unit triangular L (n, n) and D's diagonal.
-
-    Takahashi's equations: Z = (LDLᵀ)⁻¹ is needed only on the pattern of L, from the last column to the first,
-
-        z_sj = -Z_ss l_sj,   z_jj = 1/d_j - l_sjᵀ z_sj,   s = rows below j in column j of L.
-
-    Cost as the factorisation's: the sum of squared column lengths.
-    """
-    lower.sort_indices()
-    n, pointers, rows = lower.shape[0], lower.indptr, lower.indices.astype(np.int64)
-    columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(pointers))
-    keys, z = columns * n + rows, np.zeros(len(rows))
-    diagonal = 1.0 / pivots
-    for j in range(n - 1, -1, -1):
-        here = slice(pointers[j], pointers[j + 1])
-        s, l_sj = rows[here], lower.data[here]
-        if not len(s):
-            continue
-        below, right = _below_diagonal(len(s))
-        pairs = z[np.searchsorted(keys, s[right] * n + s[below])]
-        z_ss = np.zeros((len(s), len(s)))
-        z_ss[below, right] = z_ss[right, below] = pairs
-        np.fill_diagonal(z_ss, diagonal[s])
-        z[here] = -z_ss @ l_sj
-        diagonal[j] -= l_sj @ z[here]
-    return diagonal
-
-
-@functools.lru_cache(maxsize=128)
-def _below_diagonal(size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    return np.tril_indices(size, -1)
