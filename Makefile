@@ -5,7 +5,7 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 DEMO   := demo-result
 
-.PHONY: demo test check format bench lock clean
+.PHONY: demo test check format bench experiments lock clean
 
 demo: $(READY)  ## simulate a small building, map it, print the table and where the report is
 	$(BIN)/radioslam simulate office --out $(DEMO)/walks --seed 1 --force
@@ -25,6 +25,9 @@ format: $(READY)
 
 bench: $(READY)  ## speed as a ratio to a named reference, in one run
 	$(BIN)/python -m benchmarks
+
+experiments: $(READY)  ## run every experiment of docs/results.md again and renew its tables
+	$(BIN)/python -m benchmarks.results
 
 lock:  ## renew requirements.lock from pyproject.toml (needs uv)
 	uv pip compile pyproject.toml --extra figures --group dev --universal --python-version 3.11 \

@@ -236,3 +236,25 @@ def test_evaluate_refuses_what_is_no_result_and_no_alignment(mapped, tmp_path, c
     code, _, err = run(capsys, "evaluate", mapped, "--align", "scaled")
     assert code == 1
     assert "none, start or rigid" in err
+
+
+def test_experiment_prints_and_writes_its_table(tmp_path, capsys):
+    arguments = ("experiment", "bin-width", "office", "--values", "0.1", "--seeds", "1", "--jobs", "1")
+    code, out, _ = run(capsys, *arguments, "--out", tmp_path)
+    assert code == 0
+    assert "| default | 0.1 |" in out
+    assert {path.name for path in tmp_path.iterdir()} == {f"bin-width-office.{end}" for end in ("md", "csv", "png")}
+    assert run(capsys, "experiment", "magic", "office")[0] == 1
+
+
+def test_simulate_gives_positions_a_trackers_drift(tmp_path, capsys):
+    from dataclasses import replace
+
+    from radioslam.formats import read_walks
+
+    for walk in office_walks()[:2]:
+        write_walk(replace(walk, odometry=None), tmp_path / "still")
+    arguments = ("simulate", "--drift", tmp_path / "still", "--seed", "4", "--out", tmp_path / "moving")
+    assert run(capsys, *arguments)[0] == 0
+    assert all(walk.odometry is not None for walk in read_walks([tmp_path / "moving"]))
+    assert run(capsys, "simulate", "--out", tmp_path / "x")[0] == 1

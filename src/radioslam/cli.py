@@ -174,20 +174,37 @@ def config_command(
 
 @app.command()
 def simulate(
-    building: Annotated[str, typer.Argument(help="office, campus or tower.")],
+    building: Annotated[str | None, typer.Argument(help="office, campus or tower.", show_default=False)] = None,
     out: Out = Path("walks"),
     seed: Annotated[int, typer.Option(help="The same seed gives the same bytes.")] = 1,
     walks: Annotated[int | None, typer.Option(help="Number of walks.", min=1)] = None,
+    devices: Annotated[int | None, typer.Option(help="Number of phone models.", min=1)] = None,
+    floors: Annotated[int | None, typer.Option(help="Number of storeys walked on.", min=1)] = None,
+    hours: Annotated[float | None, typer.Option(help="Time over which the walks begin.")] = None,
     inertial: Annotated[bool, typer.Option("--inertial", help="Add raw sensor streams.")] = False,
+    drift: Annotated[
+        list[Path] | None,
+        typer.Option(help="Instead of a building: logs with true positions, given a tracker's drift."),
+    ] = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Simulate walks in a made-up building, with their true positions, in the project's own format."""
-    from radioslam.formats import write_walk
-    from radioslam.result_folder import whole_folder
+    """Simulate walks in a made-up building, or a tracker for walks that have only positions; open format."""
+    from radioslam.errors import ConfigError
+    from radioslam.formats import read_walks, write_walk
+    from radioslam.result_folder import check_target, whole_folder
     from radioslam.simulator import simulate as simulate_walks
+    from radioslam.simulator import with_tracker_drift
 
-    made = simulate_walks(building, seed=seed, walks=walks, inertial=inertial)
+    check_target(out, force)
+    if (building is None) == (drift is None):
+        raise ConfigError("expected either a building (office, campus or tower) or --drift LOGS")
+    if drift is not None:
+        made = [with_tracker_drift(walk, seed) for walk in read_walks(drift, check=False)]
+    else:
+        made = simulate_walks(
+            str(building), seed=seed, walks=walks, devices=devices, floors=floors, hours=hours, inertial=inertial
+        )
     with whole_folder(out, force) as partial:
         for walk in made:
             write_walk(walk, partial)
@@ -238,11 +255,15 @@ def evaluate(
 
 @app.command()
 def experiment(
-    name: Annotated[str, typer.Argument(help="rss-threshold, similarity-threshold, bin-width, timing or crowd-size.")],
+    name: Annotated[
+        str, typer.Argument(help="rss-threshold, similarity-threshold, bin-width, timing, accuracy or crowd-size.")
+    ],
     data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
-    seeds: Annotated[int, typer.Option(help="Number of seeds: 0, 1, …", min=1)] = 3,
+    seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 3,
+    first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
     walks: Annotated[int | None, typer.Option(help="Walks drawn by each seed; default: all.", min=1)] = None,
     presets: Annotated[str, typer.Option(help="Comma-separated.")] = "paper,default",
+    values: Annotated[str | None, typer.Option(help="Only these settings, comma-separated.")] = None,
     starts: Annotated[str | None, typer.Option(help="common or known; default by the data.")] = None,
     set_: Overrides = None,
     jobs: Annotated[int | None, typer.Option(help="Worker processes; default: one per core.", min=1)] = None,
@@ -258,12 +279,14 @@ def experiment(
     if name not in experiments.EXPERIMENTS:
         raise ConfigError(f"unknown experiment {name!r}; expected one of {', '.join(experiments.EXPERIMENTS)}")
     chosen, source = experiments.EXPERIMENTS[name], experiments.source_of(data, starts)
+    if values is not None:
+        chosen = experiments.only(chosen, values.split(","))
     with _progress(quiet) as tell:
         outcomes = experiments.run(
             chosen,
             source,
             presets.split(","),
-            range(seeds),
+            range(first_seed, first_seed + seeds),
             walks,
             set_ or [],
             jobs,

@@ -8,10 +8,11 @@ variant as mean and spread over the seeds.
 from __future__ import annotations
 
 import csv
+import functools
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -91,6 +92,12 @@ EXPERIMENTS = {
             ("training_s", "closure_s", "screening_s", "optimization_s", "seconds", "recording_s", "scans"),
         ),
         Experiment(
+            "accuracy",
+            "Preset beside preset",
+            (Variant("all"),),
+            ("mean", "std", "median", "max", "odometry_mean", "ratio", "size_ratio", "loops", "seconds"),
+        ),
+        Experiment(
             "crowd-size",
             "What more walkers do",
             tuple(Variant(str(n), walks=n) for n in (4, 10, 20, 40)),
@@ -135,14 +142,14 @@ class Recorded:
 
     def __call__(self, seed: int, walks: int | None) -> list[Walk]:
         """Walks of one seed, in the order of their names."""
-        from radioslam.formats import read_walks
+        from radioslam.formats import find_logs, read_walks
         from radioslam.simulator import with_tracker_drift
 
-        found = read_walks(self.paths, prepare=lambda w: w if w.motion is not None else with_tracker_drift(w, seed))
-        if walks is None or walks >= len(found):
-            return found
-        chosen = np.random.default_rng(seed).choice(len(found), walks, replace=False)
-        return [found[k] for k in sorted(chosen)]
+        logs = find_logs(self.paths)
+        if walks is not None and walks < len(logs):
+            chosen = np.random.default_rng(seed).choice(len(logs), walks, replace=False)
+            logs = [logs[k] for k in sorted(chosen)]
+        return read_walks(logs, prepare=lambda w: w if w.motion is not None else with_tracker_drift(w, seed))
 
 
 def source_of(data: Sequence[str], starts: str | None = None) -> Source:
@@ -172,6 +179,19 @@ class Outcome:
     figures: dict[str, float]
 
 
+def only(experiment: Experiment, labels: Sequence[str]) -> Experiment:
+    """The same experiment with some of its variants.
+
+    Raises:
+        ConfigError: a label that the experiment does not have.
+    """
+    known = {variant.label: variant for variant in experiment.variants}
+    unknown = [label for label in labels if label not in known]
+    if unknown:
+        raise ConfigError(f"{experiment.name}: expected values of {', '.join(known)}, found {', '.join(unknown)}")
+    return replace(experiment, variants=tuple(known[label] for label in labels))
+
+
 def run(
     experiment: Experiment,
     source: Source,
@@ -194,7 +214,8 @@ def run(
     ]
     outcomes: dict[int, Outcome] = {}
     with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        waiting = {pool.submit(_run_one, *task): k for k, task in enumerate(tasks)}
+        by_seed = sorted(range(len(tasks)), key=lambda k: (tasks[k][4] or 0, tasks[k][3]))
+        waiting = {pool.submit(_run_one, *tasks[k]): k for k in by_seed}
         for done, future in enumerate(as_completed(waiting), 1):
             outcomes[waiting[future]] = future.result()
             if progress:
@@ -202,12 +223,18 @@ def run(
     return [outcomes[k] for k in range(len(tasks))]
 
 
+@functools.lru_cache(maxsize=2)
+def _made(source: Source, seed: int, walks: int | None) -> list[Walk]:
+    """Walks are made once per worker and seed, not once per variant."""
+    return source.make(seed, walks)
+
+
 def _run_one(
     source: Source, preset: str, variant: Variant, seed: int, walks: int | None, overrides: tuple[str, ...]
 ) -> Outcome:
     from radioslam.slam import map_walks
 
-    made = source.make(seed, walks)
+    made = _made(source, seed, walks)
     settings = [f"merging.starts={source.starts}", *overrides, *variant.overrides]
     config = load_config(preset, overrides=settings, environment={})
     try:
@@ -281,7 +308,10 @@ def markdown(experiment: Experiment, source: Source, outcomes: Sequence[Outcome]
         cells = [_cell(figures[c]) if c in figures else "" for c in experiment.columns]
         lines.append(f"| *the paper* | {variant} | {' | '.join(cells)} |")
     for preset, variant, means in gather(experiment, outcomes):
-        cells = [f"{_cell(m)} ± {_cell(s)}" if len(seeds) > 1 else _cell(m) for m, s in _in_order(experiment, means)]
+        cells = [
+            f"{_cell(m)} ± {_cell(s)}" if len(seeds) > 1 and m == m else _cell(m)
+            for m, s in _in_order(experiment, means)
+        ]
         lines.append(f"| {preset} | {variant} | {' | '.join(cells)} |")
     return "\n".join([*lines, ""])
 
@@ -293,7 +323,16 @@ def _in_order(experiment: Experiment, means: dict[str, Any]) -> Iterator[tuple[f
 def _cell(value: float) -> str:
     if value != value:
         return "–"
-    return f"{value:.0f}" if abs(value) >= 100 else f"{value:.1f}" if abs(value) >= 10 else f"{value:.3g}"
+    size = abs(value)
+    return (
+        f"{value:.0f}"
+        if size >= 100
+        else f"{value:.1f}"
+        if size >= 10
+        else f"{value:.2f}"
+        if size >= 0.1
+        else f"{value:.2g}"
+    )
 
 
 def write_csv(outcomes: Sequence[Outcome], path: Path) -> None:
