@@ -28,6 +28,7 @@ bench: $(READY)  ## speed as a ratio to a named reference, in one run
 
 experiments: $(READY)  ## run every experiment of docs/results.md again and renew its tables
 	$(BIN)/python -m benchmarks.results
+	$(BIN)/python -m benchmarks.figures
 
 lock:  ## renew requirements.lock from pyproject.toml (needs uv)
 	uv pip compile pyproject.toml --extra figures --group dev --universal --python-version 3.11 \

@@ -160,7 +160,7 @@ def png_size(path: Path) -> tuple[int, int]:
 def test_images(result: SlamResult, tmp_path: Path) -> None:
     images.save_paths_png(result, tmp_path / "paths.png")
     images.save_map_png(result, tmp_path / "map.png")
-    images.save_uncertainty_png(result.uncertainty, tmp_path / "uncertainty.png")
+    images.save_uncertainty_png({"office": result.uncertainty}, tmp_path / "uncertainty.png")
     assert png_size(tmp_path / "paths.png")[0] == 1440
     assert png_size(tmp_path / "map.png")[0] == 1440
     assert png_size(tmp_path / "uncertainty.png") == (720, 480)
@@ -180,7 +180,7 @@ def test_missing_matplotlib_says_what_to_install(
     for save, what in (
         (images.save_paths_png, result),
         (images.save_map_png, result),
-        (images.save_uncertainty_png, result.uncertainty),
+        (images.save_uncertainty_png, {"office": result.uncertainty}),
     ):
         with pytest.raises(ResultError, match=r"^[^\n]*pip install 'radioslam\[figures\]'$"):
             save(what, tmp_path / "never.png")  # type: ignore[operator]

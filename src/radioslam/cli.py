@@ -241,7 +241,7 @@ def evaluate(
         from radioslam.images import save_error_cdf_png, save_paths_png
 
         plots.mkdir(parents=True, exist_ok=True)
-        save_error_cdf_png(judged, plots / "error-cdf.png")
+        save_error_cdf_png(judged.errors, plots / "error-cdf.png")
         save_paths_png(loaded, plots / "paths.png")
     if tum is not None:
         write_tum_pairs(loaded, judged, tum)

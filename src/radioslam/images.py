@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam.errors import ResultError
-from radioslam.evaluation import Evaluation
 from radioslam.experiments import Experiment, Outcome, gather
 from radioslam.plots import COLOURS, colour_of_walk, coverage_views, line_rows, reference_in_map, with_gap
 from radioslam.results import SlamResult
@@ -61,32 +60,36 @@ def save_map_png(result: SlamResult, path: Path) -> None:
     figure.savefig(path, dpi=IMAGE_DPI)
 
 
-def save_uncertainty_png(model: UncertaintyModel, path: Path) -> None:
-    """σ over similarity with the number of samples, the paper's figure 2b, 720 × 480 px.
+def save_uncertainty_png(models: Mapping[str, UncertaintyModel], path: Path) -> None:
+    """σ over similarity with the number of samples, the paper's figure 2b, a line per named model, 720 × 480 px.
 
     Raises:
         ResultError: matplotlib is not installed.
     """
     figure = matplotlib_figure()(figsize=(6, 4), layout="constrained")
     axis, below = figure.subplots(2, 1, sharex=True, height_ratios=[2, 1])
-    axis.plot(model.similarity, np.sqrt(model.variance_m2), color=COLOURS[0], linewidth=2)
+    for k, (name, model) in enumerate(models.items()):
+        axis.plot(model.similarity, np.sqrt(model.variance_m2), color=COLOURS[k], linewidth=2, label=name)
+        below.step(model.similarity, model.sample_count, where="mid", color=COLOURS[k])
     axis.set(ylabel="σ (m)", ylim=(0, None))
-    below.bar(model.similarity, model.sample_count, width=0.01, color=COLOURS[0])
-    below.set(xlabel="similarity", ylabel="samples")
+    axis.legend(frameon=False)
+    below.set(xlabel="similarity", ylabel="samples", ylim=(0, None))
     for each in (axis, below):
         each.grid(alpha=0.3)
     figure.savefig(path, dpi=IMAGE_DPI)
 
 
-def save_error_cdf_png(evaluation: Evaluation, path: Path) -> None:
-    """Share of scans (vertical) that err less than so many metres, 720 × 480 px.
+def save_error_cdf_png(errors_m: Mapping[str, Array], path: Path) -> None:
+    """Share of scans (vertical) that err less than so many metres, a line per named array (n,), 720 × 480 px.
+
+    NaN, a scan without truth, is left out.
 
     Raises:
         ResultError: matplotlib is not installed.
     """
     figure = matplotlib_figure()(figsize=(6, 4), layout="constrained")
     axis = figure.subplots()
-    for (name, errors), colour in zip(evaluation.errors.items(), ("0.5", COLOURS[0]), strict=True):
+    for (name, errors), colour in zip(errors_m.items(), ("0.5", *COLOURS), strict=False):
         ordered = np.sort(errors[np.isfinite(errors)])
         axis.plot(ordered, np.arange(1, len(ordered) + 1) / len(ordered), color=colour, linewidth=2, label=name)
     axis.set(xlabel="error (m)", ylabel="share of scans", xlim=(0, None), ylim=(0, 1))
