@@ -20,7 +20,7 @@ import numpy as np
 
 from radioslam.config import load_config
 from radioslam.errors import ConfigError, MappingError
-from radioslam.evaluation import Evaluation, evaluate
+from radioslam.evaluation import evaluate
 from radioslam.results import SlamResult
 from radioslam.walk import Walk
 
@@ -71,19 +71,19 @@ EXPERIMENTS = {
             "rss-threshold",
             "Impact of the RSS threshold ϑ_r (dBm); the paper's table I",
             (*_sweep("fingerprints.rss_threshold_dbm", (-90, -80, -70, -60, -50, -45)), Variant("odometry")),
-            ("mean", "std", "max", "bssids", "closure_s"),
+            ("mean", "std", "max", "rigid_mean", "bssids", "closure_s"),
         ),
         Experiment(
             "similarity-threshold",
             "Impact of the similarity threshold ϑ_s; the paper's table II",
             _sweep("loops.similarity_threshold", (0.98, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)),
-            ("mean", "std", "median", "max", "loops", "closure_s"),
+            ("mean", "std", "median", "max", "rigid_mean", "loops", "closure_s"),
         ),
         Experiment(
             "bin-width",
             "Impact of the bin width b; the paper's table III",
             _sweep("uncertainty.bin_width", (0.05, 0.1, 0.2, 0.3, 0.5, 1.0)),
-            ("mean", "std", "median", "max"),
+            ("mean", "std", "median", "max", "rigid_mean"),
         ),
         Experiment(
             "timing",
@@ -241,20 +241,22 @@ def _run_one(
         result = map_walks(made, config)
     except MappingError:  # nothing heard above the threshold: odometry is all there is
         result = map_walks(made, load_config(preset, overrides=settings[:1], environment={}))
-        return Outcome(preset, variant.label, seed, _of_odometry(evaluate(result)))
-    judged = evaluate(result)
+        return Outcome(preset, variant.label, seed, _of_odometry(result))
     if variant.label == "odometry":
-        return Outcome(preset, variant.label, seed, _of_odometry(judged))
-    return Outcome(preset, variant.label, seed, _figures(result, judged))
+        return Outcome(preset, variant.label, seed, _of_odometry(result))
+    return Outcome(preset, variant.label, seed, _figures(result))
 
 
-def _of_odometry(judged: Evaluation) -> dict[str, float]:
-    errors = judged.total.errors["odometry"]
-    return {"mean": errors.mean, "std": errors.std, "median": errors.median, "max": errors.max, "loops": 0.0}
+def _of_odometry(result: SlamResult) -> dict[str, float]:
+    errors = evaluate(result).total.errors["odometry"]
+    rigid = evaluate(result, alignment="rigid").total.errors["odometry"].mean
+    figures = {"mean": errors.mean, "std": errors.std, "median": errors.median, "max": errors.max}
+    return {**figures, "rigid_mean": rigid, "loops": 0.0}
 
 
-def _figures(result: SlamResult, judged: Evaluation) -> dict[str, float]:
-    errors, seconds, total = judged.total.errors["estimate"], result.seconds, judged.total
+def _figures(result: SlamResult) -> dict[str, float]:
+    total, seconds = evaluate(result).total, result.seconds
+    errors = total.errors["estimate"]
     samples = result.radio_map
     last = np.append(samples.walk[1:] != samples.walk[:-1], True)
     first = np.append(True, last[:-1])
@@ -269,6 +271,7 @@ def _figures(result: SlamResult, judged: Evaluation) -> dict[str, float]:
         "std": errors.std,
         "median": errors.median,
         "max": errors.max,
+        "rigid_mean": evaluate(result, alignment="rigid").total.errors["estimate"].mean,
         "odometry_mean": total.errors["odometry"].mean,
         "ratio": total.ratio,
         "size_ratio": total.size_ratio["estimate"],
