@@ -148,11 +148,7 @@ def formats() -> None:
     from radioslam import tables
     from radioslam.formats import FORMATS
 
-    _show(tables.formats_table([(format.name, format.title) for format in _values(FORMATS)]))
-
-
-def _values(formats: Any) -> list[Any]:
-    return list(formats.values()) if isinstance(formats, dict) else list(formats)
+    _show(tables.formats_table([(format.name, format.title) for format in FORMATS]))
 
 
 @app.command("config")

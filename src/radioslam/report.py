@@ -5,6 +5,7 @@ Everything that a log could have brought in (names, paths, identities of access 
 
 from __future__ import annotations
 
+import importlib.resources
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from html import escape
 from pathlib import Path
@@ -15,97 +16,6 @@ import numpy as np
 from radioslam.results import SlamResult
 
 ERROR_COLUMNS = {"mean": "mean", "median": "median", "p95": "95 %", "max": "max"}
-
-STYLE = """
-:root { color-scheme: light dark; --ink: #1c1c1e; --soft: #66686d; --line: #dcdde1; --page: #fff; --tint: #f5f6f8;
-  --good: #18794e; --bad: #c0362c; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e9e9ec; --soft: #a0a3aa; --line: #3a3c42; --page: #17181b; --tint: #212327; --good: #5cc594;
-    --bad: #f08078; }
-}
-* { box-sizing: border-box; }
-body { margin: 0 auto; max-width: 1240px; padding: 1.5rem 1rem 4rem; background: var(--page); color: var(--ink);
-  font: 16px/1.5 system-ui, "Segoe UI", Roboto, Helvetica, Arial, sans-serif; }
-h1 { font-size: 1.7rem; margin: 0 0 .5rem; }
-h3 { font-size: 1rem; margin: 1rem 0 .25rem; }
-h2 { font-size: 1.25rem; margin: 2.5rem 0 .25rem; }
-.lead { font-size: 1.1rem; max-width: 90ch; }
-.warning { border-left: 4px solid var(--bad); background: var(--tint); padding: .5rem .75rem; margin: .75rem 0; }
-p, figcaption { max-width: 100ch; }
-figcaption, .note, footer { color: var(--soft); font-size: .92rem; }
-figure { margin: .5rem 0 0; }
-.facts { display: grid; grid-template-columns: repeat(auto-fit, minmax(7.6rem, 1fr)); gap: .6rem; margin: 1.25rem 0; }
-.facts div { background: var(--tint); border-radius: 8px; padding: .6rem .8rem; }
-.facts dt { color: var(--soft); font-size: .85rem; }
-.facts dd { margin: 0; font-size: 1.3rem; font-weight: 600; }
-.facts small { font-size: .8rem; font-weight: 400; color: var(--soft); }
-.scroll { overflow: auto; max-height: 32rem; border: 1px solid var(--line); border-radius: 8px; margin-top: .5rem; }
-.columns { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(100%, 18rem), 1fr)); gap: 0 2.5rem; }
-table { border-collapse: collapse; width: 100%; font-size: .85rem; font-variant-numeric: tabular-nums; }
-th, td { padding: .3rem .42rem; text-align: right; white-space: nowrap; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child { text-align: left; }
-tbody th { font-weight: 400; }
-thead { position: sticky; top: 0; background: var(--tint); }
-thead th { font-weight: 600; vertical-align: bottom; }
-thead th.group { text-align: center; border-left: 1px solid var(--line); }
-tfoot { position: sticky; bottom: -1px; background: var(--tint); font-weight: 600; }
-tbody tr:last-child > * { border-bottom: 0; }
-.name { display: inline-block; max-width: 20rem; overflow: hidden; text-overflow: ellipsis; vertical-align: bottom; }
-.swatch { display: inline-block; width: .75em; height: .75em; border-radius: 50%; margin-right: .5em; }
-pre { overflow: auto; background: var(--tint); padding: .75rem 1rem; border-radius: 8px; font-size: .85rem; }
-summary { cursor: pointer; }
-"""
-
-SCRIPT = """
-(function () {
-  var dark = window.matchMedia("(prefers-color-scheme: dark)");
-  var canvas = document.createElement("canvas");
-  var webgl = canvas.getContext("webgl2") || canvas.getContext("webgl");
-  function colours() {
-    var style = getComputedStyle(document.documentElement);
-    return { ink: style.getPropertyValue("--ink").trim(), line: style.getPropertyValue("--line").trim(),
-             page: style.getPropertyValue("--page").trim(), tint: style.getPropertyValue("--tint").trim() };
-  }
-  function narrow(figure, width) {
-    figure.layout.height = Math.max(340, 150 + (figure.layout.height - 110) * width / 1050);
-    figure.layout.margin = { l: 60, r: 10, t: 40, b: 50 };
-    figure.data.forEach(function (trace) {
-      var bar = trace.marker && trace.marker.colorbar;
-      if (bar) Object.assign(bar, { orientation: "h", x: 0.5, y: -0.12, yanchor: "top", len: 1,
-                                    title: { text: bar.title.text, side: "bottom" } });
-    });
-  }
-  function dress(figure, width) {
-    var c = colours(), layout = figure.layout;
-    if (width < 700) narrow(figure, width);
-    figure.data.forEach(function (trace) {
-      if (trace.meta === "ink") trace.line.color = c.ink;
-      if (!webgl && trace.type === "scattergl") trace.type = "scatter";
-    });
-    layout.paper_bgcolor = c.page; layout.plot_bgcolor = c.page;
-    layout.legend = Object.assign({ bgcolor: "rgba(0,0,0,0)" }, layout.legend);
-    layout.font = { color: c.ink, family: "system-ui, Roboto, Helvetica, Arial, sans-serif", size: 13 };
-    layout.hoverlabel = { bgcolor: c.tint, bordercolor: c.line, font: { color: c.ink } };
-    Object.keys(layout).filter(function (k) { return /^[xy]axis/.test(k); }).forEach(function (k) {
-      layout[k].gridcolor = c.line; layout[k].linecolor = c.line;
-    });
-    (layout.updatemenus || []).forEach(function (m) { m.bgcolor = c.tint; m.bordercolor = c.line; });
-    return figure;
-  }
-  function draw() {
-    document.querySelectorAll("script[type='application/json']").forEach(function (source) {
-      var place = source.previousElementSibling;
-      var figure = dress(JSON.parse(source.textContent), place.clientWidth);
-      place.style.height = figure.layout.height + "px";
-      Plotly.react(place, figure.data, figure.layout,
-                   { responsive: true, displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d"],
-                     displayModeBar: place.clientWidth < 700 ? false : "hover" });
-    });
-  }
-  draw();
-  dark.addEventListener("change", draw);
-})();
-"""
 
 
 def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> None:
@@ -118,15 +28,16 @@ def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> 
     """
     from plotly.offline import get_plotlyjs
 
-    title = "RadioSLAM report"
+    title, pages = "RadioSLAM report", importlib.resources.files("radioslam") / "pages"
+    style, script = ((pages / name).read_text("utf-8") for name in ("report.css", "report.js"))
     sections = (_lead, _facts, _paths, _uncertainty, _coverage, _walks, _run, _configuration)
     body = "\n".join(section(result, summary) for section in sections)
     path.write_text(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f'<link rel="icon" href="data:,">\n<style>{STYLE}</style>\n<script>{get_plotlyjs()}</script>\n</head>\n'
+        f'<link rel="icon" href="data:,">\n<style>{style}</style>\n<script>{get_plotlyjs()}</script>\n</head>\n'
         f"<body>\n<header><h1>{title}</h1></header>\n<main>\n{body}\n</main>\n{_footer(summary)}\n"
-        f"<script>{SCRIPT}</script>\n</body>\n</html>\n",
+        f"<script>{script}</script>\n</body>\n</html>\n",
         "utf-8",
     )
 
