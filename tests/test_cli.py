@@ -258,3 +258,25 @@ def test_simulate_gives_positions_a_trackers_drift(tmp_path, capsys):
     assert run(capsys, *arguments)[0] == 0
     assert all(walk.odometry is not None for walk in read_walks([tmp_path / "moving"]))
     assert run(capsys, "simulate", "--out", tmp_path / "x")[0] == 1
+
+
+def test_walks_are_never_replaced_by_their_own_map(logs, capsys):
+    before = sorted(logs.rglob("*"))
+    code, _, err = run(capsys, "map", logs, "--out", logs, "--force")
+    assert code == 1
+    assert "apart from the input" in err
+    assert sorted(logs.rglob("*")) == before
+
+
+def test_a_place_that_cannot_be_written_is_one_line(mapped, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    for arguments in (
+        ("config", "--out", tmp_path / "nowhere" / "c.toml"),
+        ("evaluate", mapped, "--plots", tmp_path / "file"),
+        ("evaluate", mapped, "--tum", tmp_path / "file"),
+        ("experiment", "bin-width", "office", "--out", tmp_path / "file"),
+    ):
+        code, _, err = run(capsys, *arguments)
+        assert code == 1, arguments
+        assert "could not be read or written" in err
+        assert len(err.splitlines()) == 1

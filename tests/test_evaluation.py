@@ -14,7 +14,7 @@ import pytest
 
 from radioslam import evaluation_tables
 from radioslam.errors import ResultError
-from radioslam.evaluation import evaluate, load_references, write_tum_pairs
+from radioslam.evaluation import evaluate, load_references, with_references, write_tum_pairs
 from radioslam.formats import write_tum
 from radioslam.result_folder import write_references
 from radioslam.walk import Reference
@@ -46,7 +46,7 @@ def test_a_reference_that_is_the_estimate_leaves_no_error():
         name: Reference(samples.time_s[samples.walk == k], samples.poses[samples.walk == k, :2])
         for k, name in enumerate(result.walks)
     }
-    total = evaluate(result, own, "none").total
+    total = evaluate(with_references(result, own), "none").total
     assert total.errors["estimate"].max == 0.0
     assert total.ratio == 0.0
     assert total.size_ratio["estimate"] == pytest.approx(1.0)
@@ -79,7 +79,12 @@ def test_a_walk_without_truth_has_no_row():
 def test_no_truth_at_all_is_one_clear_error():
     result = office_result()
     with pytest.raises(ResultError, match="--reference"):
-        evaluate(result, {"nobody": Reference(np.zeros(1), np.zeros((1, 2)))})
+        evaluate(replace(result, references=(None,) * len(result.walks)))
+
+
+def test_a_reference_of_a_stranger_is_one_clear_error():
+    with pytest.raises(ResultError, match="nobody"):
+        with_references(office_result(), {"nobody": Reference(np.zeros(1), np.zeros((1, 2)))})
 
 
 def test_references_are_read_from_csv_tum_and_folders(tmp_path: Path):
@@ -90,7 +95,7 @@ def test_references_are_read_from_csv_tum_and_folders(tmp_path: Path):
         write_tum(tmp_path / f"{name}.tum", r.time_s, np.column_stack([r.positions_xy, np.zeros(len(r))]))
     for source in (tmp_path / "r.csv", tmp_path):
         loaded = load_references(source, result.walks)
-        assert evaluate(result, loaded).total.errors["estimate"].mean == pytest.approx(
+        assert evaluate(with_references(result, loaded)).total.errors["estimate"].mean == pytest.approx(
             evaluate(result).total.errors["estimate"].mean, abs=1e-5
         )
     alone = load_references(tmp_path / f"{result.walks[2]}.tum", result.walks)

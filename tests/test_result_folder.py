@@ -5,6 +5,7 @@ import errno
 import json
 import tomllib
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from radioslam.config import Config
 from radioslam.errors import ResultError
 from radioslam.formats import read_tum
 from radioslam.g2o import read_g2o
-from radioslam.result_folder import whole_folder
+from radioslam.result_folder import check_target, whole_folder
 from radioslam.results import SlamResult
 from tests.crowds import office_result
 
@@ -71,10 +72,47 @@ def test_an_existing_folder_needs_force(folder):
     assert (folder / "trajectories.csv").read_bytes() == before
 
 
-def test_force_replaces_the_folder_whole(tmp_path):
+def earlier_result(tmp_path):
     target = tmp_path / "r"
     target.mkdir()
+    (target / "summary.json").write_text("{}")
     (target / "old.txt").write_text("old")
+    return target
+
+
+def test_force_spares_what_others_wrote(tmp_path):
+    (tmp_path / "r").mkdir()
+    (tmp_path / "r" / "thesis.txt").write_text("precious")
+    with pytest.raises(ResultError, match="other files"):
+        office_result().save(tmp_path / "r", force=True)
+    assert (tmp_path / "r" / "thesis.txt").read_text() == "precious"
+
+
+def test_an_input_is_never_the_target(tmp_path):
+    target = earlier_result(tmp_path)
+    for source in (target, target / "old.txt", tmp_path / "r" / ".." / "r"):
+        with pytest.raises(ResultError, match="apart from the input"):
+            check_target(target, True, [source])
+
+
+def test_a_swap_that_fails_puts_the_old_folder_back(tmp_path, monkeypatch):
+    target = earlier_result(tmp_path)
+    rename = Path.rename
+
+    def refuse(self, other):
+        if Path(other) == target and not self.name.endswith(".old"):
+            raise OSError(errno.EIO, "Input/output error")
+        return rename(self, other)
+
+    monkeypatch.setattr(Path, "rename", refuse)
+    with pytest.raises(ResultError, match="nothing was changed"):
+        office_result().save(target, force=True)
+    assert (target / "old.txt").read_text() == "old"
+    assert [path.name for path in tmp_path.iterdir()] == ["r"]
+
+
+def test_force_replaces_the_folder_whole(tmp_path):
+    target = earlier_result(tmp_path)
     office_result().save(target, force=True)
     assert not (target / "old.txt").exists()
     assert [path.name for path in tmp_path.iterdir()] == ["r"]
@@ -82,9 +120,7 @@ def test_force_replaces_the_folder_whole(tmp_path):
 
 @pytest.mark.parametrize("accident", [KeyboardInterrupt(), OSError(errno.ENOSPC, "No space left on device")])
 def test_an_accident_while_writing_leaves_nothing_and_keeps_the_old(tmp_path, accident, monkeypatch):
-    target = tmp_path / "r"
-    target.mkdir()
-    (target / "old.txt").write_text("old")
+    target = earlier_result(tmp_path)
 
     def strike(*_):
         raise accident

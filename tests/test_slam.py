@@ -96,6 +96,12 @@ def test_two_walks_of_one_name_are_refused():
         map_walks([walk, walk], COMMON)
 
 
+def test_walks_of_two_floors_are_not_laid_over_each_other():
+    first, *others = office_walks()
+    with pytest.raises(MappingError, match="floors"):
+        map_walks([replace(first, floor="F9"), *others], COMMON)
+
+
 def test_unknown_starts_say_that_they_are_not_available():
     config = load_config(overrides=["merging.starts=unknown"], environment={})
     with pytest.raises(MappingError, match="--starts common or known"):

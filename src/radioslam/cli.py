@@ -61,7 +61,7 @@ def map_command(
 
     overrides = [*(set_ or []), *([f"merging.starts={starts}"] if starts else [])]
     effective = load_config(preset, config, overrides)
-    check_target(out, force)
+    check_target(out, force, logs)
     skipped: list[LogError] = []
     started = time.perf_counter()
     with _progress(quiet or as_json) as tell:
@@ -104,7 +104,6 @@ def _with_odometry(seed: int) -> Callable[[Walk], Walk]:
 def _map_and_save(
     walks: list[Walk], config: Any, out: Path, force: bool, reading_s: float, skipped: list[LogError], tell: Tell
 ) -> dict[str, Any]:
-    import resource
     from dataclasses import replace
 
     from radioslam.slam import map_walks
@@ -116,12 +115,22 @@ def _map_and_save(
         skipped=tuple((str(error.path), str(error)) for error in skipped),
     )
     tell("writing", None, None)
-    peak_memory_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak_memory_mb = _peak_memory_mb()
     started = time.perf_counter()
     result.save(out, force, peak_memory_mb)
     writing_s = time.perf_counter() - started
     summary = result.summary()
     return {**summary, "seconds": {**summary["seconds"], "writing": writing_s}, "peak_memory_mb": peak_memory_mb}
+
+
+def _peak_memory_mb() -> float | None:
+    """Of this process so far; None where the system does not tell."""
+    try:
+        import resource
+    except ImportError:
+        return None
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return peak / (1024 * 1024 if sys.platform == "darwin" else 1024)
 
 
 @app.command()
@@ -180,7 +189,7 @@ def simulate(
     inertial: Annotated[bool, typer.Option("--inertial", help="Add raw sensor streams.")] = False,
     drift: Annotated[
         list[Path] | None,
-        typer.Option(help="Instead of a building: logs with true positions, given a tracker's drift."),
+        typer.Option(help="Instead of a building: logs with true positions, given a tracker's drift; repeatable."),
     ] = None,
     force: Force = False,
     quiet: Quiet = False,
@@ -192,7 +201,7 @@ def simulate(
     from radioslam.simulator import simulate as simulate_walks
     from radioslam.simulator import with_tracker_drift
 
-    check_target(out, force)
+    check_target(out, force, drift or ())
     if (building is None) == (drift is None):
         raise ConfigError("expected either a building (office, campus or tower) or --drift LOGS")
     if drift is not None:
@@ -201,7 +210,8 @@ def simulate(
         made = simulate_walks(
             str(building), seed=seed, walks=walks, devices=devices, floors=floors, hours=hours, inertial=inertial
         )
-    with whole_folder(out, force) as partial:
+    with whole_folder(out, force, drift or ()) as partial:
+        (partial / ".radioslam-walks").touch()
         for walk in made:
             write_walk(walk, partial)
     if not quiet:
@@ -217,7 +227,9 @@ def evaluate(
         typer.Option(help="walk,time_s,x_m,y_m (CSV), WALK.tum, or a folder of them; default: what the logs had."),
     ] = None,
     align: Annotated[str | None, typer.Option(help="none, start or rigid; default: by the result's starts.")] = None,
-    max_gap: Annotated[float, typer.Option(help="Seconds between fixes beyond which the truth is unknown.")] = 60.0,
+    max_gap: Annotated[
+        float, typer.Option(min=0.001, help="Seconds between fixes beyond which the truth is unknown.")
+    ] = 60.0,
     as_json: AsJson = False,
     as_markdown: Annotated[bool, typer.Option("--markdown", help="Print Markdown.")] = False,
     as_latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
@@ -227,12 +239,13 @@ def evaluate(
     """Judge a result against true positions: errors, ratio to odometry, size ratio, relative errors."""
     from radioslam import evaluation_tables
     from radioslam.evaluation import evaluate as judge
-    from radioslam.evaluation import load_references, write_tum_pairs
+    from radioslam.evaluation import load_references, with_references, write_tum_pairs
     from radioslam.results import SlamResult
 
     loaded = SlamResult.load(result)
-    references = load_references(reference, loaded.walks) if reference else None
-    judged = judge(loaded, references, _alignment(align), max_gap)
+    if reference is not None:
+        loaded = with_references(loaded, load_references(reference, loaded.walks))
+    judged = judge(loaded, _alignment(align), max_gap)
     if plots is not None:
         from radioslam.images import save_error_cdf_png, save_paths_png
 
@@ -277,6 +290,8 @@ def experiment(
     chosen, source = experiments.EXPERIMENTS[name], experiments.source_of(data, starts)
     if values is not None:
         chosen = experiments.only(chosen, values.split(","))
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
     with _progress(quiet) as tell:
         outcomes = experiments.run(
             chosen,
@@ -294,7 +309,6 @@ def experiment(
     if out is not None:
         from radioslam.images import save_sweep_png
 
-        out.mkdir(parents=True, exist_ok=True)
         stem = f"{name}-{source.name.replace('/', '-')}"
         (out / f"{stem}.md").write_text(table, "utf-8")
         experiments.write_csv(outcomes, out / f"{stem}.csv")
@@ -355,6 +369,10 @@ def main() -> None:
         app()
     except RadioSlamError as error:
         sys.exit(f"radioslam: {' '.join(str(error).split())}")
+    except BrokenPipeError:
+        sys.exit(1)
+    except OSError as error:
+        sys.exit(f"radioslam: {error.filename or 'output'}: could not be read or written: {error.strerror or error}")
     except KeyboardInterrupt:
-        print("radioslam: interrupted; nothing was written", file=sys.stderr)
+        print("radioslam: interrupted; folders are written whole or not at all", file=sys.stderr)
         sys.exit(130)

@@ -91,25 +91,29 @@ class Evaluation:
         }
 
 
-def evaluate(
-    result: SlamResult,
-    references: Mapping[str, Reference] | None = None,
-    alignment: Alignment | None = None,
-    max_gap_s: float = MAX_GAP_S,
-) -> Evaluation:
+def with_references(result: SlamResult, references: Mapping[str, Reference]) -> SlamResult:
+    """The same result judged by other true positions, given by walk.
+
+    Raises:
+        ResultError: a name that is none of the result's walks.
+    """
+    strangers = sorted(set(references) - set(result.walks))
+    if strangers:
+        raise ResultError(f"expected references of the result's {len(result.walks)} walks, found {strangers[0]!r}")
+    return replace(result, references=tuple(references.get(name) for name in result.walks))
+
+
+def evaluate(result: SlamResult, alignment: Alignment | None = None, max_gap_s: float = MAX_GAP_S) -> Evaluation:
     """Judge a result.
 
     Args:
         result: what ``map_walks`` or ``SlamResult.load`` gave.
-        references: true positions by walk; default those of the logs.
         alignment: ``none``, ``start`` or ``rigid``; default by the result's starts (known, common, unknown).
         max_gap_s: the truth between fixes farther apart counts as unknown.
 
     Raises:
         ResultError: no scan has a known true position.
     """
-    if references is not None:
-        result = replace(result, references=tuple(references.get(name) for name in result.walks))
     truth = reference_at_scans(result.radio_map, result.references, max_gap_s)
     known = np.isfinite(truth[:, 0])
     if not known.any():
@@ -160,7 +164,7 @@ def _known(value: float) -> float | None:
 def load_references(path: Path, walks: Sequence[str]) -> dict[str, Reference]:
     """True positions by walk from ``walk,time_s,x_m,y_m`` (CSV), a folder of ``WALK.tum``, or one TUM file.
 
-    A TUM file alone, or a CSV without the column ``walk``, belongs to the only walk or to that of its name.
+    A TUM file alone belongs to the walk of its name, or to the only walk.
 
     Raises:
         ResultError: nothing there that is one of these, or no walk of that name.

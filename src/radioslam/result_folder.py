@@ -57,44 +57,66 @@ def read_result(folder: Path) -> SlamResult:
         raise ResultError(f"{folder}: expected a result folder, found: {error}") from None
 
 
-def check_target(folder: Path, force: bool) -> None:
-    """Refuse early what could not be written in the end.
+OWN_MARKS = ("summary.json", ".radioslam-walks")
+"""Files that only folders written by this package hold."""
+
+
+def check_target(folder: Path, force: bool, inputs: Iterable[Path] = ()) -> None:
+    """Refuse early what could not, or should not, be written in the end.
 
     Raises:
-        ResultError: ``folder`` is a file, or exists without ``force``.
+        ResultError: ``folder`` is a file; exists without ``force``; holds what this package did not write; or is or
+            holds one of the ``inputs``.
     """
-    if folder.exists() and not folder.is_dir():
+    target = folder.resolve()
+    for path in inputs:
+        if target == path.resolve() or target in path.resolve().parents:
+            raise ResultError(f"{folder}: expected a folder apart from the input {path}; choose another --out")
+    if not folder.exists():
+        return
+    if not folder.is_dir():
         raise ResultError(f"{folder}: expected a folder, found a file; choose another --out")
-    if folder.exists() and not force:
+    if not force:
         raise ResultError(f"{folder}: expected a new folder, found one that exists; use --force to replace it")
+    if any(folder.iterdir()) and not any((folder / mark).exists() for mark in OWN_MARKS):
+        raise ResultError(f"{folder}: --force replaces results and simulated walks only, found other files there")
 
 
 @contextmanager
-def whole_folder(folder: Path, force: bool) -> Iterator[Path]:
+def whole_folder(folder: Path, force: bool, inputs: Iterable[Path] = ()) -> Iterator[Path]:
     """A folder to fill that takes its place only when the block ends well; else nothing is left of it.
 
     Raises:
-        ResultError: ``folder`` exists without ``force``, or the disk refuses.
+        ResultError: as ``check_target`` does, or the disk refuses.
     """
-    check_target(folder, force)
+    check_target(folder, force, inputs)
     partial: Path | None = None
     try:
         folder.absolute().parent.mkdir(parents=True, exist_ok=True)
         partial = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.absolute().parent))
         yield partial
         partial.chmod(0o777 & ~_umask())
-        if folder.exists():
-            aside = partial.with_name(partial.name + ".old")
-            folder.rename(aside)
-            partial.rename(folder)
-            shutil.rmtree(aside)
-        else:
-            partial.rename(folder)
+        _take_place(partial, folder)
     except OSError as error:
         raise ResultError(f"{folder}: could not be written: {error.strerror or error}; nothing was changed") from None
     finally:
         if partial is not None:
             shutil.rmtree(partial, ignore_errors=True)
+
+
+def _take_place(partial: Path, folder: Path) -> None:
+    """Move ``partial`` to ``folder``; what stood there goes only once the new one stands."""
+    if not folder.exists():
+        partial.rename(folder)
+        return
+    aside = partial.with_name(partial.name + ".old")
+    folder.rename(aside)
+    try:
+        partial.rename(folder)
+    except BaseException:
+        aside.rename(folder)
+        raise
+    shutil.rmtree(aside, ignore_errors=True)
 
 
 def _umask() -> int:

@@ -45,7 +45,7 @@ def map_walks(
         progress: called with the name of each step as it begins.
 
     Raises:
-        MappingError: no walks, two walks of one name, or nothing to learn from or to tie.
+        MappingError: no walks, two walks of one name, walks of several floors, or nothing to learn from or to tie.
     """
     config = config or load_config()
     walks = _in_order(walks)
@@ -163,6 +163,9 @@ def _in_order(walks: Sequence[Walk]) -> list[Walk]:
     for before, after in itertools.pairwise(walks):
         if before.name == after.name:
             raise MappingError(f"expected different names, found two walks called {after.name!r}; rename one log")
+    floors = sorted({walk.floor for walk in walks if walk.floor})
+    if len(floors) > 1:
+        raise MappingError(f"expected walks of one floor, found floors {', '.join(floors)}; map each on its own")
     return walks
 
 
