@@ -1,6 +1,5 @@
-"""Figures of a mapping run: interactive ones for the report (Plotly), and images for papers (matplotlib).
+"""Interactive figures of a mapping run for the report (Plotly, imported late because it is slow to import).
 
-Both libraries are imported late, because they are slow to import, and matplotlib comes with ``radioslam[figures]``.
 Names of walks and access points are what users typed or what somebody's router says, so they are escaped here.
 """
 
