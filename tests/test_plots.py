@@ -1,17 +1,13 @@
-"""The figures show the result's own numbers; images are written or say what is missing."""
+"""The figures show the result's own numbers."""
 
-import builtins
-import struct
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from radioslam import images, plots
+from radioslam import plots
 from radioslam.config import load_config
-from radioslam.errors import ResultError
 from radioslam.results import SlamResult
 from radioslam.simulator import simulate
 from radioslam.slam import map_walks
@@ -148,40 +144,3 @@ def test_names_are_escaped_for_plotly(result: SlamResult) -> None:
     labels = [button.label for button in plots.coverage_figure(parts).layout.updatemenus[0].buttons]
     assert labels[-1].startswith("&lt;b&gt;")
     assert not any("<b" in text.replace("<br>", "") or "<a" in text for text in [*texts, *labels])
-
-
-def png_size(path: Path) -> tuple[int, int]:
-    data = path.read_bytes()
-    assert data.startswith(b"\x89PNG")
-    width, height = struct.unpack(">II", data[16:24])
-    return width, height
-
-
-def test_images(result: SlamResult, tmp_path: Path) -> None:
-    images.save_paths_png(result, tmp_path / "paths.png")
-    images.save_map_png(result, tmp_path / "map.png")
-    images.save_uncertainty_png({"office": result.uncertainty}, tmp_path / "uncertainty.png")
-    assert png_size(tmp_path / "paths.png")[0] == 1440
-    assert png_size(tmp_path / "map.png")[0] == 1440
-    assert png_size(tmp_path / "uncertainty.png") == (720, 480)
-
-
-def test_missing_matplotlib_says_what_to_install(
-    result: SlamResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    original = builtins.__import__
-
-    def without_matplotlib(name: str, *args: Any, **kwargs: Any) -> Any:
-        if name.startswith("matplotlib"):
-            raise ModuleNotFoundError(name)
-        return original(name, *args, **kwargs)
-
-    monkeypatch.setattr(builtins, "__import__", without_matplotlib)
-    for save, what in (
-        (images.save_paths_png, result),
-        (images.save_map_png, result),
-        (images.save_uncertainty_png, {"office": result.uncertainty}),
-    ):
-        with pytest.raises(ResultError, match=r"^[^\n]*pip install 'radioslam\[figures\]'$"):
-            save(what, tmp_path / "never.png")  # type: ignore[operator]
-    assert not list(tmp_path.iterdir())
