@@ -11,7 +11,8 @@ from radioslam import planar
 from radioslam.config import OptimizerConfig
 from radioslam.errors import GraphError
 from radioslam.factors import graph_blocks
-from radioslam.optimizer import minimize, robust_loss, total_cost
+from radioslam.losses import robust_loss
+from radioslam.optimizer import minimize, total_cost
 from radioslam.pose_graph import Edges, PoseGraph, Priors, diagonal_information
 
 from .builders import chain, grid_walk, gtsam_graph, gtsam_optimum, numeric_jacobian, random_graph
@@ -22,6 +23,8 @@ PRECISE = OptimizerConfig(tolerance=1e-12)
 
 class Linear:
     """Factors r = A x[variables] - b, one scalar each."""
+
+    backbone = True
 
     def __init__(self, a, b, variables, loss="none", loss_scale=1.0):
         self.a, self.b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)

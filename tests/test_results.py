@@ -6,7 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radioslam.config import load_config
 from radioslam.results import SlamResult
+from radioslam.slam import map_walks
+from radioslam.tables import summary_table
 from tests.crowds import office_result, office_walks
 
 
@@ -61,3 +64,14 @@ def test_a_result_is_loaded_as_it_was_saved(tmp_path):
     assert loaded.config == result.config
     assert loaded.solver == result.solver
     assert {**loaded.summary(), "seconds": None} == {**result.summary(), "seconds": None}
+
+
+def test_a_result_without_standard_deviations_is_whole(tmp_path):
+    config = load_config("default", overrides=["optimizer.standard_deviations=false"], environment={})
+    result = map_walks(office_walks(), config)
+    assert np.isnan(result.radio_map.sigma_m).all()
+    np.testing.assert_array_equal(result.radio_map.poses, office_result().radio_map.poses)
+    summary = json.loads(json.dumps(result.summary(), allow_nan=False))
+    assert summary["total"]["sigma_m"] is None
+    assert np.isnan(SlamResult.load(result.save(tmp_path / "r")).radio_map.sigma_m).all()
+    summary_table(summary | {"skipped": []})

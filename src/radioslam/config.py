@@ -148,6 +148,8 @@ class OptimizerConfig(_Group):
     """Where the loss leaves the square, in standard deviations."""
     max_iterations: int = Field(100, ge=1)
     """Give up (and say so) after this many."""
+    standard_deviations: bool = True
+    """Whether to find the standard deviation of every position, the costliest part in large crowds; NaN without."""
     tolerance: float = Field(1e-6, gt=0)
     """Converged when the cost falls by less than this part of itself, or no step is longer."""
 

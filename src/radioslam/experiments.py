@@ -235,12 +235,13 @@ def _run_one(
     from radioslam.slam import map_walks
 
     made = _made(source, seed, walks)
-    settings = [f"merging.starts={source.starts}", *overrides, *variant.overrides]
+    always = [f"merging.starts={source.starts}", "optimizer.standard_deviations=false"]  # no table shows them
+    settings = [*always, *overrides, *variant.overrides]
     config = load_config(preset, overrides=settings, environment={})
     try:
         result = map_walks(made, config)
     except MappingError:  # nothing heard above the threshold: odometry is all there is
-        result = map_walks(made, load_config(preset, overrides=settings[:1], environment={}))
+        result = map_walks(made, load_config(preset, overrides=always, environment={}))
         return Outcome(preset, variant.label, seed, _of_odometry(result))
     if variant.label == "odometry":
         return Outcome(preset, variant.label, seed, _of_odometry(result))

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from radioslam import planar
 from radioslam.config import OptimizerConfig
-from radioslam.optimizer import Block, LossName
+from radioslam.losses import LossName
+from radioslam.normal_equations import Block
 from radioslam.pose_graph import Edges, PoseGraph, Priors
 
 Array = NDArray[np.float64]
@@ -26,9 +27,14 @@ class BetweenBlock:
     """Edges as factors; with ``log_scale`` (m,) the variable that stretches each edge's translation."""
 
     def __init__(
-        self, edges: Edges, loss: LossName = "none", loss_scale: float = 1.0, log_scale: Integers | None = None
+        self,
+        edges: Edges,
+        loss: LossName = "none",
+        loss_scale: float = 1.0,
+        log_scale: Integers | None = None,
+        backbone: bool = True,
     ) -> None:
-        self.loss, self.loss_scale = loss, loss_scale
+        self.loss, self.loss_scale, self.backbone = loss, loss_scale, backbone
         columns = [pose_variables(edges.i), pose_variables(edges.j)]
         self.scaled = log_scale is not None
         if log_scale is not None:
@@ -70,6 +76,7 @@ class PriorBlock:
 
     loss: LossName = "none"
     loss_scale = 1.0
+    backbone = True
 
     def __init__(self, priors: Priors) -> None:
         self.measurement = priors.measurement
@@ -96,6 +103,7 @@ class ZeroBlock:
 
     loss: LossName = "none"
     loss_scale = 1.0
+    backbone = True
 
     def __init__(self, variables: Integers, sigma: Array | float) -> None:
         self.variables = variables[:, None]
@@ -120,7 +128,7 @@ def graph_blocks(graph: PoseGraph, config: OptimizerConfig) -> tuple[list[Block]
     blocks += [
         BetweenBlock(graph.odometry, log_scale=scale),
         BetweenBlock(graph.links),
-        BetweenBlock(graph.loops, config.loop_loss, config.loss_scale),
+        BetweenBlock(graph.loops, config.loop_loss, config.loss_scale, backbone=False),
         PriorBlock(graph.priors),
     ]
     return blocks, size

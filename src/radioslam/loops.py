@@ -83,7 +83,7 @@ def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfi
     if config.rule == "window":
         return _most_similar_in_window(pairs, fingerprints, config.window_m), LESS_SIMILAR
     if config.rule == "mutual":
-        return first_in_claims(_rank(pairs.similarity), _scans_per_walk(pairs, fingerprints)), NOT_MUTUAL
+        return first_in_claims(pairs.similarity, _scans_per_walk(pairs, fingerprints)), NOT_MUTUAL
     claims = np.column_stack([pairs.i, pairs.j, _stretches(pairs, fingerprints, config.window_m)])
     return take_greedily(pairs.similarity, claims), LESS_SIMILAR
 
@@ -125,16 +125,40 @@ def _stretches(pairs: Pairs, fingerprints: Fingerprints, length_m: float) -> Int
     return np.column_stack([number(pairs.i, pairs.j), number(pairs.j, pairs.i)])
 
 
-def _rank(priority: Array) -> Integers:
-    """(n,) 0 for the lowest; among equals the first ranks highest, so that nothing depends on chance."""
-    rank = np.empty(len(priority), np.int64)
-    rank[np.lexsort((-np.arange(len(priority)), priority))] = np.arange(len(priority))
-    return rank
+CHUNK = 1 << 16
 
 
-def first_in_claims(rank: Integers, claims: Integers) -> NDArray[np.bool_]:
-    """Mask (n,) of the items that rank (n,) highest among all that share any of their claims (n, k)."""
-    return _first(rank, *_compact(claims))
+def first_in_claims(priority: Array, claims: Integers) -> NDArray[np.bool_]:
+    """Mask (n,) of the items first by priority (n,) among all that share any of their claims (n, k)."""
+    claims, count = _compact(claims)
+    order = _by_priority(priority)
+    first = np.zeros(len(order), bool)
+    first[order] = _first(claims[order], count)
+    return first
+
+
+def take_greedily(priority: Array, claims: Integers) -> NDArray[np.bool_]:
+    """Mask (n,) of the items taken in order of priority (n,), each only if all its claims (n, k) are still free.
+
+    In chunks of that order, and in rounds within a chunk: whoever comes first in all of its claims is taken, and all
+    who share a claim with it are out. That is what a loop over the sorted items gives; most of the items meet only
+    claims that an earlier chunk has taken, and cost one look.
+    """
+    claims, count = _compact(claims)
+    order, busy, taken = _by_priority(priority), np.zeros(count, bool), np.zeros(len(priority), bool)
+    for begin in range(0, len(order), CHUNK):
+        waiting = order[begin : begin + CHUNK]
+        waiting = waiting[~busy[claims[waiting]].any(axis=1)]
+        while len(waiting):
+            won = waiting[_first(claims[waiting], count)]
+            taken[won], busy[claims[won]] = True, True
+            waiting = waiting[~busy[claims[waiting]].any(axis=1)]
+    return taken
+
+
+def _by_priority(priority: Array) -> Integers:
+    """Indices (n,), the highest priority first and equal ones as they stand, so that nothing depends on chance."""
+    return np.argsort(-priority, kind="stable")
 
 
 def _compact(claims: Integers) -> tuple[Integers, int]:
@@ -146,30 +170,12 @@ def _compact(claims: Integers) -> tuple[Integers, int]:
     return flat.reshape(claims.shape).astype(np.int64), len(values)
 
 
-def _first(rank: Integers, claims: Integers, count: int) -> NDArray[np.bool_]:
-    order = np.arange(len(rank)) if np.all(np.diff(rank) > 0) else np.argsort(rank)
-    top = np.full(count, -1)
+def _first(claims: Integers, count: int) -> NDArray[np.bool_]:
+    """Mask (n,) of the items that no earlier one shares a claim (n, k) with; there are ``count`` claims."""
+    place = np.arange(len(claims))
+    first = np.full(count, len(claims))
     for column in claims.T:
-        # Of equal places the last written stays: the highest rank.
-        highest = np.full(count, -1)
-        highest[column[order]] = rank[order]
-        top = np.maximum(top, highest)
-    return np.all(top[claims] == rank[:, None], axis=1)
-
-
-def take_greedily(priority: Array, claims: Integers) -> NDArray[np.bool_]:
-    """Mask (n,) of the items taken in order of priority (n,), each only if all its claims (n, k) are still free.
-
-    In rounds: whoever comes first in all of its claims is taken, and all who share a claim with it are out. That
-    is what a loop over the sorted items gives, in about log n rounds.
-    """
-    claims, count = _compact(claims)
-    order = np.argsort(_rank(priority))  # from here on the last is the first to choose
-    claims, waiting, busy = claims[order], np.arange(len(order)), np.zeros(count, bool)
-    taken = np.zeros(len(order), bool)
-    while len(waiting):
-        won = waiting[_first(waiting, claims[waiting], count)]
-        taken[order[won]] = True
-        busy[claims[won]] = True
-        waiting = waiting[~busy[claims[waiting]].any(axis=1)]
-    return taken
+        earliest = np.full(count, len(claims))
+        earliest[column[::-1]] = place[::-1]  # of equal claims the last written stays: the earliest
+        np.minimum(first, earliest, out=first)
+    return np.all(first[claims] == place[:, None], axis=1)

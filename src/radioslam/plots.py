@@ -188,8 +188,8 @@ def _loop_middles(result: SlamResult, i: Integers, j: Integers, similarity: Arra
 def _sigma(result: SlamResult) -> list[dict[str, Any]]:
     """Circles of radius σ; evenly fewer of them where there are very many scans."""
     samples = result.radio_map
-    rows = np.flatnonzero(samples.map == 0)
-    rows = rows[:: -(-len(rows) // MOST_CIRCLES)]
+    rows = np.flatnonzero((samples.map == 0) & np.isfinite(samples.sigma_m))
+    rows = rows[:: max(1, -(-len(rows) // MOST_CIRCLES))]
     centre = samples.poses[rows, 0] + 1j * samples.poses[rows, 1]
     circles = (centre[:, None] + samples.sigma_m[rows, None] * CIRCLE).ravel()
     return [

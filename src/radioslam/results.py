@@ -196,7 +196,7 @@ def _row(result: SlamResult, mask: NDArray[np.bool_], errors: dict[str, Array]) 
         "length_m": float(distance[last].sum()),
         "duration_s": float((time_s[last] - time_s[first]).sum()),
         "scans": int(mask.sum()),
-        "sigma_m": float(result.radio_map.sigma_m[mask].mean()),
+        "sigma_m": _number(float(result.radio_map.sigma_m[mask].mean())),
         "error": {name: ErrorStatistics.of(e).as_dict() for name, e in known.items()} if has_reference else None,
     }
 

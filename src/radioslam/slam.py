@@ -69,7 +69,7 @@ def map_walks(
             loops = screen_candidates(candidates, fingerprints, config.screening)
         with clock("optimization"):
             graph = build_pose_graph(estimate, loops, uncertainty, config)
-            solution = optimize(graph, config.optimizer, variances=gate_m == config.loops.gates_m[-1])
+            solution = optimize(graph, config.optimizer, last=gate_m == config.loops.gates_m[-1])
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
@@ -111,12 +111,12 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     ).check()
 
 
-def optimize(graph: PoseGraph, config: OptimizerConfig, variances: bool = True) -> Solution:
-    """Equation (1) with the unknowns of whole walks, and marginal variances if asked for."""
+def optimize(graph: PoseGraph, config: OptimizerConfig, last: bool = True) -> Solution:
+    """Equation (1) with the unknowns of whole walks; of the last graph the marginal variances too."""
     blocks, size = graph_blocks(graph, config)
     x = np.zeros(size)
     x[: graph.poses.size] = graph.poses.ravel()
-    return minimize(blocks, x, config, variances)
+    return minimize(blocks, x, config, variances=last and config.standard_deviations)
 
 
 def _odometry_edges(merged: MergedTracks) -> Edges:
@@ -183,7 +183,8 @@ def _number_maps(graph: PoseGraph, merged: MergedTracks) -> Integers:
 
 
 def _position_sigma(solution: Solution, nodes: int) -> Array:
-    assert solution.inverse_diagonal is not None
+    if solution.inverse_diagonal is None:
+        return np.full(nodes, np.nan)
     variance = solution.inverse_diagonal[: 3 * nodes].reshape(-1, 3)[:, :2]
     return np.sqrt(variance.mean(axis=1))
 

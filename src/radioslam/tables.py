@@ -33,7 +33,7 @@ def summary_table(summary: Mapping[str, Any]) -> RenderableType:
 def _cells(row: Mapping[str, Any], has_errors: bool) -> list[str]:
     number = "" if row["map"] is None else str(row["map"])
     cells = [escape(row["name"]), f"{row['length_m']:.0f}", str(row["scans"]), str(row["loops"])]
-    cells += [f"{row['sigma_m']:.2f}", number]
+    cells += ["–" if row["sigma_m"] is None else f"{row['sigma_m']:.2f}", number]
     if has_errors and row["error"]:
         odometry, estimate = row["error"]["odometry"], row["error"]["estimate"]
         cells += [f"{odometry['mean']:.2f}", f"{estimate['mean']:.2f}", f"{estimate['p95']:.2f}"]
