@@ -24,8 +24,6 @@ PRECISE = OptimizerConfig(tolerance=1e-12)
 class Linear:
     """Factors r = A x[variables] - b, one scalar each."""
 
-    backbone = True
-
     def __init__(self, a, b, variables, loss="none", loss_scale=1.0):
         self.a, self.b = np.asarray(a, dtype=float), np.asarray(b, dtype=float)
         self.variables, self.loss, self.loss_scale = np.asarray(variables), loss, loss_scale

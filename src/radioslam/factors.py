@@ -76,7 +76,6 @@ class PriorBlock:
 
     loss: LossName = "none"
     loss_scale = 1.0
-    backbone = True
 
     def __init__(self, priors: Priors) -> None:
         self.measurement = priors.measurement
@@ -103,7 +102,6 @@ class ZeroBlock:
 
     loss: LossName = "none"
     loss_scale = 1.0
-    backbone = True
 
     def __init__(self, variables: Integers, sigma: Array | float) -> None:
         self.variables = variables[:, None]

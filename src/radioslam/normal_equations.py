@@ -40,12 +40,14 @@ RELATIVE_RESIDUAL = 1e-8
 
 
 class Block(Protocol):
-    """m factors of one kind."""
+    """m factors of one kind.
+
+    A block with ``backbone = False`` ties far parts of the graph; the preconditioner holds its share of the diagonal.
+    """
 
     variables: Integers
     loss: LossName
     loss_scale: float  # standard deviations
-    backbone: bool  # whether the preconditioner holds the block whole, or no more than its share of the diagonal
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (m, d) and Jacobians (m, d, k) at x (n,)."""
@@ -71,7 +73,7 @@ class NormalEquations:
         self.rows, self.columns = unique % size, unique // size
         self.pointers = np.searchsorted(self.columns, np.arange(size + 1))
         self.diagonal_slot = self.slot[:size]
-        held = [True, *(block.backbone for block in blocks)]
+        held = [True, *(getattr(block, "backbone", True) for block in blocks)]
         self.in_backbone = np.zeros(len(self.rows), bool)
         self.in_backbone[self.slot[np.repeat(held, [len(k) for k in keys])]] = True
         self.direct: qdldl.Solver | None = None
