@@ -5,9 +5,20 @@ import pytest
 
 from radioslam import planar
 from radioslam.config import OptimizerConfig
-from radioslam.factors import BetweenBlock, PriorBlock, ZeroBlock, graph_blocks, pose_variables
+from radioslam.factors import (
+    AlongAxisBlock,
+    BetweenBlock,
+    Layout,
+    PriorBlock,
+    SamePlaceBlock,
+    ZeroBlock,
+    first_guess,
+    graph_blocks,
+    off_axis,
+    pose_variables,
+)
 from radioslam.optimizer import total_cost
-from radioslam.pose_graph import Edges, Priors, diagonal_information
+from radioslam.pose_graph import Edges, Legs, Priors, diagonal_information
 
 from .builders import edges_between, numeric_jacobian, random_graph, random_information
 
@@ -44,10 +55,12 @@ def blocks(edges, priors):
         "between with scales": BetweenBlock(edges, log_scale=SCALES),
         "prior": PriorBlock(priors),
         "zero": ZeroBlock(np.array([16, 2]), np.array([0.3, 0.1])),
+        "same place": SamePlaceBlock(edges, np.linspace(-1, 1, 10).reshape(5, 2), 15, "none", 1.0),
+        "along axis": AlongAxisBlock(Legs(edges.i, edges.j, np.linspace(0.05, 0.2, 5), 0.0), 16, "none", 1.0),
     }
 
 
-KINDS = ["between", "between with scales", "prior", "zero"]
+KINDS = ["between", "between with scales", "prior", "zero", "same place", "along axis"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -119,27 +132,28 @@ def graph(rng):
 
 
 def test_a_graph_with_nothing_but_poses_has_three_unknowns_per_node(graph):
-    assert graph_blocks(graph, OptimizerConfig())[1] == 30
+    assert Layout.of(graph) == Layout(30, None, None, None)
 
 
 def test_a_scale_per_walk_stands_behind_the_poses(graph):
-    assert graph_blocks(replace(graph, log_scale_sigma=np.full(2, 0.1)), OptimizerConfig())[1] == 32
+    assert Layout.of(replace(graph, log_scale_sigma=np.full(2, 0.1))) == Layout(32, 30, None, None)
 
 
 def test_scales_at_zero_leave_the_cost_as_it_is(graph):
-    plain = graph_blocks(graph, OptimizerConfig())[0]
-    more, size = graph_blocks(replace(graph, log_scale_sigma=np.full(2, 0.1)), OptimizerConfig())
+    plain = graph_blocks(graph, OptimizerConfig())
+    more = graph_blocks(replace(graph, log_scale_sigma=np.full(2, 0.1)), OptimizerConfig())
     x = graph.poses.ravel() + np.random.default_rng(0).normal(0, 0.1, graph.poses.size)
-    assert total_cost(more, np.append(x, np.zeros(size - len(x)))) == pytest.approx(total_cost(plain, x), rel=1e-12)
+    assert total_cost(more, np.append(x, np.zeros(2))) == pytest.approx(total_cost(plain, x), rel=1e-12)
 
 
 def test_the_scale_of_a_walk_stretches_its_own_odometry():
     flat = random_graph(np.random.default_rng(2), nodes=6, loops=1, noise=0.0)
     graph = replace(flat, walk=np.array([0, 0, 0, 1, 1, 1]), log_scale_sigma=np.full(2, 0.5), loops=Edges.none())
-    blocks, size = graph_blocks(graph, OptimizerConfig())
-    x = np.append(graph.poses.ravel(), np.zeros(size - graph.poses.size))
+    blocks = graph_blocks(graph, OptimizerConfig())
+    x = first_guess(graph)
     x[-1] = 0.1
-    wrong = np.abs(blocks[1].residuals(x)).sum(axis=1) > 1e-9
+    stretched = next(block for block in blocks if getattr(block, "scaled", False))
+    wrong = np.abs(stretched.residuals(x)).sum(axis=1) > 1e-9
     np.testing.assert_array_equal(wrong, graph.walk[graph.odometry.i] == 1)
 
 
@@ -147,14 +161,14 @@ def test_a_scale_far_from_one_costs_what_its_sigma_says(graph):
     scaled = replace(
         graph, log_scale_sigma=np.array([0.2, 0.1]), odometry=Edges.none(), loops=Edges.none(), priors=Priors.none()
     )
-    blocks, size = graph_blocks(scaled, OptimizerConfig())
-    x = np.zeros(size)
+    blocks = graph_blocks(scaled, OptimizerConfig())
+    x = np.zeros(Layout.of(scaled).size)
     x[-2:] = [0.2, -0.2]
     assert total_cost(blocks, x) == pytest.approx(0.5 * (1 + 4))
 
 
 def test_loops_alone_are_robust(graph):
-    blocks, _ = graph_blocks(graph, OptimizerConfig(loop_loss="dcs", loss_scale=0.5))
+    blocks = graph_blocks(graph, OptimizerConfig(loop_loss="dcs", loss_scale=0.5))
     robust = [block for block in blocks if block.loss != "none"]
     assert [len(block.variables) for block in robust] == [len(graph.loops)]
     assert robust[0].loss_scale == 0.5
@@ -163,7 +177,7 @@ def test_loops_alone_are_robust(graph):
 def test_links_are_factors_too(graph):
     linked = replace(graph, links=edges_between(np.random.default_rng(0), graph.poses, [0], [5], 0.1))
     x = graph.poses.ravel()
-    more, less = (total_cost(graph_blocks(g, OptimizerConfig())[0], x) for g in (linked, graph))
+    more, less = (total_cost(graph_blocks(g, OptimizerConfig()), x) for g in (linked, graph))
     assert more - less == pytest.approx(total_cost([BetweenBlock(linked.links)], x))
     assert more > less
 
@@ -173,3 +187,42 @@ def test_a_position_only_loop_pulls_at_positions_and_hardly_at_headings():
     here[1] = [3.0, 4.0, 2.0]
     loop = Edges(np.array([0]), np.array([1]), np.zeros((1, 3)), diagonal_information(0.5, 0.5, 1000**0.5))
     assert total_cost([BetweenBlock(loop)], here.ravel()) == pytest.approx(0.5 * (25 / 0.25 + 4 / 1000))
+
+
+def test_a_radio_that_lags_parts_the_ends_of_a_loop_by_their_difference_in_speed():
+    loop = Edges(np.array([0]), np.array([1]), np.zeros((1, 3)), diagonal_information(0.5, 0.5, 1.0))
+    block = SamePlaceBlock(loop, np.array([[2.0, -1.0]]), 6, "none", 1.0)
+    apart = np.array([1.0, 1.0, 0.0, 1.0 + 2.0 * 3.0, 1.0 - 3.0, 0.0, 3.0])
+    np.testing.assert_allclose(block.residuals(apart), 0.0, atol=1e-12)
+    together = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 2.0, 3.0])
+    np.testing.assert_allclose(block.residuals(together), [[-12.0, 6.0]])
+
+
+@pytest.mark.parametrize("quarter", range(4))
+def test_a_leg_along_or_across_the_axis_costs_nothing(quarter):
+    direction = 0.3 + quarter * np.pi / 2
+    block = AlongAxisBlock(Legs(np.array([0]), np.array([1]), np.array([0.1]), 0.3), 6, "none", 1.0)
+    x = np.array([1.0, 2.0, 0.0, 1.0 + 5 * np.cos(direction), 2.0 + 5 * np.sin(direction), 0.0, 0.3])
+    assert total_cost([block], x) == pytest.approx(0.0, abs=1e-20)
+    x[6] += 0.05
+    np.testing.assert_allclose(block.residuals(x), [[-0.5]], atol=1e-9)
+
+
+def test_off_axis_is_the_way_to_the_nearest_right_angle():
+    np.testing.assert_allclose(off_axis(np.radians([0, 90, 100, -80, 44, 46])), np.radians([0, 0, 10, 10, 44, -44]))
+
+
+def test_lag_and_axis_stand_behind_the_scales(graph):
+    legs = Legs(np.array([0]), np.array([3]), np.array([0.1]), 0.7)
+    full = replace(
+        graph,
+        log_scale_sigma=np.full(2, 0.1),
+        loop_velocity=np.zeros((len(graph.loops), 2)),
+        lag_sigma_s=3.0,
+        legs=legs,
+    )
+    assert Layout.of(full) == Layout(34, 30, 32, 33)
+    assert first_guess(full)[-4:].tolist() == [0.0, 0.0, 0.0, 0.7]
+    kinds = [type(block) for block in graph_blocks(full, OptimizerConfig())]
+    assert SamePlaceBlock in kinds
+    assert AlongAxisBlock in kinds

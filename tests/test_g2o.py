@@ -31,7 +31,7 @@ LINES = TRIANGLE.splitlines()
 
 
 def cost(graph, poses=None):
-    return total_cost(graph_blocks(graph, OptimizerConfig())[0], (graph.poses if poses is None else poses).ravel())
+    return total_cost(graph_blocks(graph, OptimizerConfig()), (graph.poses if poses is None else poses).ravel())
 
 
 @pytest.fixture
@@ -173,7 +173,7 @@ def benchmark(data_folder, name):
 @pytest.mark.parametrize("name", OPTIMA)
 def test_the_benchmarks_reach_their_known_optima(data_folder, name):
     graph = benchmark(data_folder, name)
-    blocks, _ = graph_blocks(graph, OptimizerConfig())
+    blocks = graph_blocks(graph, OptimizerConfig())
     solution = minimize(blocks, graph.poses.ravel())
     assert solution.converged
     assert solution.cost_after == pytest.approx(OPTIMA[name], rel=OPTIMUM_TOLERANCE)
@@ -191,7 +191,7 @@ POSES_APART_M = {"intel": 0.005, "MIT": 1.5, "manhattan": 0.02, "city10000": 0.0
 def test_gtsam_finds_nothing_better_by_our_cost(data_folder, name):
     graph = benchmark(data_folder, name)
     config = OptimizerConfig(tolerance=1e-10)
-    blocks, _ = graph_blocks(graph, config)
+    blocks = graph_blocks(graph, config)
     ours = minimize(blocks, graph.poses.ravel(), config)
     theirs = gtsam_optimum(gtsam_graph(graph, log_map=True), ours.x.reshape(-1, 3))
     assert ours.cost_after <= total_cost(blocks, theirs.ravel()) * (1 + 1e-6)
@@ -203,7 +203,7 @@ def test_gtsam_finds_nothing_better_by_our_cost(data_folder, name):
 def test_gtsam_with_our_residual_ends_at_the_same_poses(data_folder):
     graph = benchmark(data_folder, "intel")
     config = OptimizerConfig(tolerance=1e-12)
-    ours = minimize(graph_blocks(graph, config)[0], graph.poses.ravel(), config).x.reshape(-1, 3)
+    ours = minimize(graph_blocks(graph, config), graph.poses.ravel(), config).x.reshape(-1, 3)
     theirs = gtsam_optimum(gtsam_graph(graph, log_map=False), graph.poses)
     # Both stop when the cost no longer falls in double precision; poses 10 µm apart were measured then.
     np.testing.assert_allclose(ours[:, :2], theirs[:, :2], atol=1e-4)

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from radioslam.config import LoopConfig, ScreeningConfig
 from radioslam.loops import (
+    ALONE,
     KEPT,
     LESS_SIMILAR,
     NEAR_IN_TIME,
@@ -236,6 +237,26 @@ def test_the_single_rule_uses_each_scan_once(crowd):
     fingerprints, pairs = crowd
     kept = screen_candidates(pairs, fingerprints, ScreeningConfig(rule="single", min_index_gap=1)).kept
     assert len(set(kept.i.tolist()) | set(kept.j.tolist())) == 2 * len(kept)
+
+
+# Screening: walks with few loops
+
+
+def test_walks_with_few_loops_lose_them_and_so_may_their_partners():
+    # Walks 0 and 1 share three loops; walk 2 has two with walk 0 and one with walk 3.
+    fingerprints = fingerprints_at(np.arange(20.0) * 10, walk=np.repeat([0, 1, 2, 3], 5))
+    pairs = pairs_of((0, 5, 0.9), (1, 6, 0.9), (2, 7, 0.9), (3, 10, 0.9), (4, 11, 0.9), (12, 15, 0.9))
+    config = ScreeningConfig(rule="single", min_index_gap=1, min_loops_per_walk=3)
+    reason = screen_candidates(pairs, fingerprints, config).reason
+    assert reason.tolist() == [KEPT, KEPT, KEPT, ALONE, ALONE, ALONE]
+
+
+def test_loops_of_a_walk_with_itself_count_once():
+    fingerprints = fingerprints_at(np.arange(6.0) * 10)
+    pairs = pairs_of((0, 3, 0.9), (1, 4, 0.9))
+    for least, verdict in ((2, KEPT), (3, ALONE)):
+        config = ScreeningConfig(rule="single", min_index_gap=1, min_loops_per_walk=least)
+        assert set(screen_candidates(pairs, fingerprints, config).reason.tolist()) == {verdict}
 
 
 # Claims

@@ -25,7 +25,7 @@ def by_gradients(monkeypatch):
 
 
 def system_of(graph):
-    return NormalEquations(graph_blocks(graph, OptimizerConfig(loop_loss="cauchy"))[0], graph.poses.size)
+    return NormalEquations(graph_blocks(graph, OptimizerConfig(loop_loss="cauchy")), graph.poses.size)
 
 
 def test_small_systems_are_solved_directly(graph):
@@ -47,7 +47,7 @@ def test_gradients_give_the_step_of_the_direct_solver(graph, by_gradients, dampi
 
 def test_both_solvers_reach_one_optimum(graph, request):
     config = OptimizerConfig(loop_loss="cauchy", tolerance=1e-10)
-    blocks, _ = graph_blocks(graph, config)
+    blocks = graph_blocks(graph, config)
     direct = minimize(blocks, graph.poses.ravel(), config)
     request.getfixturevalue("by_gradients")
     iterative = minimize(blocks, graph.poses.ravel(), config)

@@ -2,206 +2,34 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 
 from radioslam import planar
 from radioslam.config import OdometryConfig
 from radioslam.errors import LogError
-from radioslam.odometry import RATE_HZ, detect_steps, estimate_odometry, estimate_track, phone_heading, step_lengths
-from radioslam.walk import Inertial, Signal, Walk
+from radioslam.odometry import Track, estimate_odometry
+from radioslam.walk import Inertial, Walk
 
 from .builders import scans_at, tracked_walk
+from .phones import STEP_HZ, clock, inertial_walk, phone
 
-GRAVITY = 9.81
-STEP_HZ = 1.8
 FIXED = OdometryConfig(step_length="constant", typical_step_m=0.7)
-EARTH_FIELD_UT = np.array([0.0, 20.0, -44.0])
 
 
-def clock(duration_s):
-    return np.arange(0, duration_s, 1 / RATE_HZ)
-
-
-def bouncing(time_s, bounce=2.0):
-    """Norm of the acceleration of somebody who makes STEP_HZ steps per second."""
-    return GRAVITY + bounce * np.sin(2 * np.pi * STEP_HZ * time_s)
-
-
-def attitude(heading, upright=False):
-    """Phone to world: flat with the top edge forward, or upright with its back forward."""
-    turn = Rotation.from_rotvec((np.asarray(heading) - np.pi / 2)[:, None] * np.array([0.0, 0.0, 1.0]))
-    return turn * Rotation.from_rotvec([np.pi / 2, 0.0, 0.0]) if upright else turn
-
-
-def phone(
-    heading, time_s, bounce=2.0, compass=None, drift_radps=0.0, upright=False, rotation_vector=True, magnet=False
-):
-    """Inertial streams of a walk with the given true heading (n,); the compass shows the same unless told."""
-    true = attitude(heading, upright)
-    gravity = true.inv().apply(np.array([0.0, 0.0, 1.0]))
-    rate = np.gradient(heading, time_s) + drift_radps
-    turning = true.inv().apply(np.array([0.0, 0.0, 1.0])) * rate[:, None]
-    shown = attitude(heading if compass is None else compass, upright)
-    return Inertial(
-        Signal(time_s, gravity * bouncing(time_s, bounce)[:, None]),
-        Signal(time_s, turning),
-        Signal(time_s, true.inv().apply(EARTH_FIELD_UT)) if magnet else None,
-        Signal(time_s, shown.as_quat()) if rotation_vector else None,
-    )
-
-
-def inertial_walk(inertial):
-    return Walk("phone", scans_at([1.0]), inertial=inertial)
-
-
-def heading_of(inertial, time_s, **config):
-    return phone_heading(inertial_walk(inertial), inertial, time_s, OdometryConfig(**config))
+def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
+    return estimate_odometry([walk], config)[0]
 
 
 def off_deg(heading, truth):
     return np.degrees(np.abs(planar.wrap(heading - truth)))
 
 
-# Steps
-
-
-@pytest.mark.parametrize("duration_s", [20.0, 60.0])
-def test_every_step_is_counted_once(duration_s):
-    steps = detect_steps(bouncing(clock(duration_s)), OdometryConfig())
-    assert len(steps) == pytest.approx(STEP_HZ * duration_s, abs=1)
-    np.testing.assert_allclose(np.diff(steps) / RATE_HZ, 1 / STEP_HZ, atol=2 / RATE_HZ)
-
-
-def test_a_phone_at_rest_makes_no_steps():
-    noise = np.random.default_rng(0).normal(0, 0.2, 3000)
-    assert len(detect_steps(GRAVITY + noise, OdometryConfig())) == 0
-
-
-def test_steps_stop_while_the_walker_stands():
-    norm = np.concatenate([bouncing(clock(20.0)), np.full(1000, GRAVITY), bouncing(clock(20.0))])
-    steps = detect_steps(norm, OdometryConfig())
-    assert len(steps) == pytest.approx(2 * 20 * STEP_HZ, abs=3)
-    assert not np.any((steps > 1060) & (steps < 1940))
-
-
-def test_trembling_faster_than_steps_is_no_walking():
-    steps = detect_steps(GRAVITY + 2.0 * np.sin(2 * np.pi * 9.0 * clock(30.0)), OdometryConfig())
-    assert len(steps) <= 1  # where the signal is cut off the filter may see one
-
-
-@pytest.mark.parametrize("samples", [0, 1, 99])
-def test_a_signal_of_less_than_two_seconds_has_no_steps(samples):
-    assert len(detect_steps(np.full(samples, GRAVITY), OdometryConfig())) == 0
-
-
-# Step lengths
-
-
-def test_a_constant_step_has_the_configured_length():
-    np.testing.assert_array_equal(step_lengths(np.full(100, GRAVITY), np.array([20, 50]), FIXED), [0.7, 0.7])
-
-
-@pytest.mark.parametrize("bounce", [1.0, 4.0])
-def test_weinbergs_step_is_the_fourth_root_of_the_bounce(bounce):
-    norm = bouncing(clock(20.0), bounce)
-    config = OdometryConfig(step_length="weinberg", weinberg_constant=0.5)
-    lengths = step_lengths(norm, detect_steps(norm, config), config)
-    np.testing.assert_allclose(lengths[1:], 0.5 * (2 * bounce) ** 0.25, rtol=0.01)
-
-
-def test_relative_steps_have_the_typical_length_in_the_middle_and_follow_the_bounce():
-    norm = np.concatenate([bouncing(clock(20.0), 1.0), bouncing(clock(20.0), 4.0), bouncing(clock(20.0), 2.0)])
-    config = OdometryConfig(step_length="relative", typical_step_m=0.6)
-    lengths = step_lengths(norm, detect_steps(norm, config), config)
-    assert np.median(lengths) == pytest.approx(0.6)
-    assert lengths[50] / lengths[10] == pytest.approx(4**0.25, rel=0.02)
-
-
-@pytest.mark.parametrize("law", ["relative", "weinberg", "constant"])
-def test_no_steps_have_no_lengths(law):
-    assert step_lengths(np.full(10, GRAVITY), np.zeros(0, np.int64), OdometryConfig(step_length=law)).shape == (0,)
-
-
-# Heading
-
-
-@pytest.mark.parametrize("upright", [False, True])
-@pytest.mark.parametrize("degrees", [0.0, 90.0, -135.0, 180.0])
-def test_forward_is_the_top_edge_of_a_flat_phone_and_the_back_of_an_upright_one(degrees, upright):
-    time_s = clock(20.0)
-    truth = np.full(len(time_s), np.radians(degrees))
-    assert off_deg(heading_of(phone(truth, time_s, upright=upright), time_s), truth).max() < 0.1
-
-
-def test_the_heading_runs_on_where_the_circle_ends():
-    time_s = clock(60.0)
-    truth = np.linspace(0.0, 6 * np.pi, len(time_s))
-    heading = heading_of(phone(truth, time_s), time_s)
-    assert np.abs(np.diff(heading)).max() < 0.1
-    assert heading[-1] - heading[0] == pytest.approx(6 * np.pi, abs=0.2)
-
-
-def test_fusion_corrects_a_gyroscope_that_drifts():
-    time_s = clock(300.0)
-    truth = np.interp(time_s, [150.0, 152.0], [0.5, 2.0])
-    fused = heading_of(phone(truth, time_s, drift_radps=0.01), time_s)
-    # The gyroscope alone would be 170° off in the end; the average over 30 s trails it where its window is cut.
-    assert off_deg(fused, truth)[2000:-2000].max() < 1.0
-    assert off_deg(fused, truth).max() < 10.0
-
-
-def test_fusion_ignores_a_short_bend_of_the_compass():
-    time_s = clock(200.0)
-    truth = np.full(len(time_s), 0.7)
-    compass = truth + np.radians(60.0) * ((time_s > 100) & (time_s < 104))
-    inertial = phone(truth, time_s, compass=compass)
-    assert off_deg(heading_of(inertial, time_s), truth).max() < 5.0
-    assert off_deg(heading_of(inertial, time_s, heading="rotation_vector"), truth).max() == pytest.approx(60.0)
-
-
-def test_fusion_follows_a_lasting_change_of_the_compass():
-    time_s = clock(200.0)
-    truth = np.full(len(time_s), 0.7)
-    inertial = phone(truth, time_s, compass=truth + 0.5, drift_radps=0.0)
-    assert off_deg(heading_of(inertial, time_s), truth + 0.5).max() < 0.1
-
-
-def test_a_turn_is_seen_at_once():
-    time_s = clock(100.0)
-    truth = np.interp(time_s, [50.0, 51.0], [0.0, np.pi / 2])
-    assert off_deg(heading_of(phone(truth, time_s), time_s), truth).max() < 1.0
-
-
-@pytest.mark.parametrize("degrees", [0.0, 90.0, -120.0])
-def test_without_a_rotation_vector_the_heading_comes_from_gyroscope_and_magnetometer(degrees):
-    time_s = clock(40.0)
-    truth = np.interp(time_s, [20.0, 21.0], np.radians([degrees, degrees + 90.0]))
-    inertial = phone(truth, time_s, bounce=1.0, rotation_vector=False, magnet=True)
-    # The filter needs its first seconds to find down and north.
-    assert off_deg(heading_of(inertial, time_s), truth)[500:].max() < 5.0
-
-
-def test_without_magnetometer_too_the_gyroscope_still_tells_the_turns():
-    time_s = clock(40.0)
-    truth = np.interp(time_s, [20.0, 21.0], [0.0, np.pi / 2])
-    heading = heading_of(phone(truth, time_s, bounce=1.0, rotation_vector=False), time_s)
-    assert np.degrees(heading[-100] - heading[600]) == pytest.approx(90.0, abs=5.0)
+# Dead reckoning
 
 
 def test_without_rotation_vector_and_gyroscope_there_is_no_heading():
     inertial = Inertial(phone(np.zeros(500), clock(10.0)).accelerometer)
     with pytest.raises(LogError, match="expected a rotation vector or a gyroscope"):
         estimate_track(inertial_walk(inertial), OdometryConfig())
-
-
-def test_without_a_gyroscope_the_compass_is_taken_as_it_is():
-    time_s = clock(10.0)
-    truth = np.full(len(time_s), 1.0)
-    inertial = dataclasses.replace(phone(truth, time_s), gyroscope=None)
-    assert off_deg(heading_of(inertial, time_s), truth).max() < 0.1
-
-
-# Dead reckoning
 
 
 @pytest.mark.parametrize("degrees", [0.0, 90.0, -135.0])

@@ -44,17 +44,18 @@ class OdometryConfig(_Group):
     """Lowest peak of the filtered norm that counts as a step."""
     step_interval_s: float = Field(0.3, gt=0)
     """Steps are at least so far apart."""
-    step_length: Literal["relative", "weinberg", "constant"] = "relative"
-    """``weinberg``: k · (a_max - a_min)^(1/4) per step; ``relative``: the same law with the k that makes the walk's
-    median step ``typical_step_m`` (k differs from phone to phone, people's steps less); ``constant``: no law."""
-    typical_step_m: float = Field(0.65, gt=0.1, lt=2.0)
-    """Step of a person of unknown height indoors; of ``relative`` and ``constant``."""
+    step_length: Literal["pendulum", "weinberg", "constant"] = "pendulum"
+    """``pendulum``: T · √a_pp per step, scaled so that each phone model's median step is ``typical_step_m``;
+    ``weinberg``: k · a_pp^(1/4);  ``constant``: no law. See ``steps``."""
+    typical_step_m: float = Field(0.66, gt=0.1, lt=2.0)
+    """Step of a person of unknown height, of ``pendulum`` and ``constant``: 0.414 of the world's mean adult height of
+    1.65 m (the rule of pedometers; NCD-RisC 2016)."""
     weinberg_constant: float = Field(0.42, gt=0.1, lt=2.0)
     """k of ``weinberg``, for those who have calibrated theirs."""
     heading: Literal["fused", "rotation_vector"] = "fused"
     """``fused``: the gyroscope's vertical rate, slowly corrected towards the compass."""
-    heading_correction_s: float = Field(30.0, gt=0)
-    """Half width of the moving average that corrects the integrated rate."""
+    heading_correction_s: float = Field(60.0, gt=0)
+    """Half width of the robust moving average that corrects the integrated rate."""
     step_length_sigma: float = Field(0.1, gt=0)
     """Standard deviation of one step's length, relative."""
     step_scale_sigma: float = Field(0.1, gt=0, lt=1)
@@ -126,6 +127,28 @@ class LoopConfig(_Group):
     """Candidates' headings differ at most so much under the current estimate."""
     heading_variance: float = Field(1000.0, gt=0)
     """Variance of θ (rad²) of a loop: same place, any direction."""
+    lag_sigma_s: float = Field(0.0, ge=0)
+    """Standard deviation of the radio's lag, by which what a scan holds is older than its time; the lag is an unknown
+    of the graph. 0: there is none."""
+
+
+class DirectionsConfig(_Group):
+    """Straight legs along the building's axes."""
+
+    use: bool = False
+    """Whether legs that run along the axes which most of them share are turned into them."""
+    min_legs: int = Field(30, ge=2)
+    """Fewer legs show no axis."""
+    min_share: float = Field(0.5, gt=0, le=1)
+    """Least share of all metres that must run within 10° of an axis; 0.22 do by chance."""
+    min_leg_m: float = Field(6.0, gt=0)
+    """Shorter straight stretches are no legs."""
+    max_turn_rad: float = Field(0.21, gt=0)
+    """A leg ends where the direction between nodes changes by more."""
+    sigma_rad: float = Field(0.05, gt=0)
+    """Standard deviation of a leg's direction about its axis."""
+    lateral_sigma_m: float = Field(0.5, ge=0)
+    """How far a leg's ends lie beside its line; what it adds to the direction shrinks with the length."""
 
 
 class ScreeningConfig(_Group):
@@ -135,6 +158,8 @@ class ScreeningConfig(_Group):
     """``window``: the paper's; ``mutual``: each scan's mutual best match; ``single``: one loop per scan."""
     min_index_gap: int = Field(20, ge=1)
     """M: scans of one walk nearer than this in number are no loop."""
+    min_loops_per_walk: int = Field(1, ge=1)
+    """Walks with fewer loops have none."""
     window_m: float = Field(5.0, ge=0)
     """ϑ_w: of the candidates of one scan within so many metres along the other track the most similar stays."""
 
@@ -162,6 +187,7 @@ class Config(_Group):
     uncertainty: UncertaintyConfig = UncertaintyConfig()
     merging: MergingConfig = MergingConfig()
     loops: LoopConfig = LoopConfig()
+    directions: DirectionsConfig = DirectionsConfig()
     screening: ScreeningConfig = ScreeningConfig()
     optimizer: OptimizerConfig = OptimizerConfig()
 
@@ -174,11 +200,12 @@ PRESETS: dict[str, dict[str, Any]] = {
     "paper": {},
     "default": {
         "odometry": {"tracker_heading_sigma_rad": 0.05},
-        "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential"},
+        "fingerprints": {"rss_threshold_dbm": -90.0, "representation": "exponential", "max_age_s": 10.0},
         "uncertainty": {"per_axis": True},
         "merging": {"heading_variance": 0.04, "walk_scales": True},
-        "loops": {"similarity_threshold": 0.7, "gates_m": [20.0, 10.0]},
-        "screening": {"rule": "single", "window_m": 5.0},
+        "loops": {"similarity_threshold": 0.7, "gates_m": [20.0, 8.0], "lag_sigma_s": 3.0},
+        "directions": {"use": True},
+        "screening": {"rule": "single", "window_m": 3.0, "min_loops_per_walk": 6},
         "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},
     },
 }

@@ -1,6 +1,7 @@
 """Constraints of a pose graph as blocks of factors for the optimizer.
 
-The unknowns are x = (x_0, y_0, θ_0, x_1, …, then the logarithm of the scale of each walk).
+The unknowns are x = (x_0, y_0, θ_0, x_1, …, then the logarithm of the scale of each walk, the radio's lag and the
+building's axis), each of the last three only where the graph has it; see ``Layout``.
 Residuals live in the measurement's frame, as in g2o:
 
     e_ij = (R_zᵀ (R_iᵀ (t_j - t_i) - exp(s) t_z), wrap(θ_j - θ_i - θ_z)),   s = 0 where odometry is taken as it is
@@ -10,6 +11,8 @@ so that a step needs few iterations however far the walk has turned.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +20,7 @@ from radioslam import planar
 from radioslam.config import OptimizerConfig
 from radioslam.losses import LossName
 from radioslam.normal_equations import Block
-from radioslam.pose_graph import Edges, PoseGraph, Priors
+from radioslam.pose_graph import Edges, Legs, PoseGraph, Priors
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -116,20 +119,114 @@ class ZeroBlock:
         return self.residuals(x), self.jacobian
 
 
-def graph_blocks(graph: PoseGraph, config: OptimizerConfig) -> tuple[list[Block], int]:
-    """The blocks of a graph, and the number of its unknowns."""
-    size, blocks, scale = graph.poses.size, list[Block](), None
-    if graph.log_scale_sigma is not None and graph.walk is not None:
-        scale = size + graph.walk[graph.odometry.i]
-        blocks.append(ZeroBlock(size + np.arange(len(graph.log_scale_sigma)), graph.log_scale_sigma))
-        size += len(graph.log_scale_sigma)
-    blocks += [
-        BetweenBlock(graph.odometry, log_scale=scale),
-        BetweenBlock(graph.links),
-        BetweenBlock(graph.loops, config.loop_loss, config.loss_scale, backbone=False),
-        PriorBlock(graph.priors),
-    ]
-    return blocks, size
+class SamePlaceBlock:
+    """Loops of a radio that lags by τ: e = (t_j - t_i - τ v) / σ, v (m, 2) how much faster j moved than i.
+
+    What a scan holds was heard τ before its time, at t - τ · velocity. Linear; σ is that of the loops' x and y.
+    """
+
+    backbone = False
+
+    def __init__(self, loops: Edges, velocity: Array, lag: int, loss: LossName, loss_scale: float) -> None:
+        self.loss, self.loss_scale = loss, loss_scale
+        m = len(loops)
+        ends = [pose_variables(loops.i)[:, :2], pose_variables(loops.j)[:, :2]]
+        self.variables = np.concatenate([*ends, np.full((m, 1), lag)], axis=1)
+        rows = np.concatenate(
+            [np.tile(-np.eye(2), (m, 1, 1)), np.tile(np.eye(2), (m, 1, 1)), -velocity[:, :, None]], axis=2
+        )
+        self.jacobian = rows * np.sqrt(loops.information[:, 0, 0])[:, None, None]
+
+    def residuals(self, x: Array) -> Array:
+        """Whitened residuals (m, 2)."""
+        return np.einsum("mab,mb->ma", self.jacobian, x[self.variables])
+
+    def linearize(self, x: Array) -> tuple[Array, Array]:
+        """Whitened residuals (m, 2) and Jacobians (m, 2, 5)."""
+        return self.residuals(x), self.jacobian
+
+
+class AlongAxisBlock:
+    """Legs along or across an axis α: e = (direction of t_end - t_begin, less α, from the nearest right angle) / σ."""
+
+    backbone = False
+
+    def __init__(self, legs: Legs, axis: int, loss: LossName, loss_scale: float) -> None:
+        self.loss, self.loss_scale, self.sigma = loss, loss_scale, legs.sigma_rad
+        ends = [pose_variables(legs.begin)[:, :2], pose_variables(legs.end)[:, :2]]
+        self.variables = np.concatenate([*ends, np.full((len(legs), 1), axis)], axis=1)
+
+    def residuals(self, x: Array) -> Array:
+        """Whitened residuals (m, 1)."""
+        values = x[self.variables]
+        dx, dy = (values[:, 2:4] - values[:, :2]).T
+        return (off_axis(np.arctan2(dy, dx) - values[:, 4]) / self.sigma)[:, None]
+
+    def linearize(self, x: Array) -> tuple[Array, Array]:
+        """Whitened residuals (m, 1) and Jacobians (m, 1, 5)."""
+        values = x[self.variables]
+        dx, dy = (values[:, 2:4] - values[:, :2]).T
+        square = np.maximum(dx * dx + dy * dy, 1e-12)
+        turn = np.column_stack([dy, -dx, -dy, dx, -square]) / square[:, None]
+        return self.residuals(x), (turn / self.sigma[:, None])[:, None, :]
+
+
+def off_axis(angle: Array) -> Array:
+    """Angles (any shape) from the nearest multiple of π/2, in [-π/4, π/4)."""
+    return (angle + np.pi / 4) % (np.pi / 2) - np.pi / 4
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where the unknowns of a graph stand in x: ``size`` in all, the poses first.
+
+    Attributes:
+        scales: first of the walks' log scales.  lag, axis: places; each None where the graph has no such unknown.
+    """
+
+    size: int
+    scales: int | None
+    lag: int | None
+    axis: int | None
+
+    @staticmethod
+    def of(graph: PoseGraph) -> Layout:
+        """The layout of a graph."""
+        size, places = graph.poses.size, list[int | None]()
+        scales = 0 if graph.log_scale_sigma is None else len(graph.log_scale_sigma)
+        for count in (scales, int(graph.loop_velocity is not None), int(graph.legs is not None)):
+            places.append(size if count else None)
+            size += count
+        return Layout(size, *places)
+
+
+def first_guess(graph: PoseGraph) -> Array:
+    """The unknowns (n,) to begin with: the graph's poses and axis, no lag, scales as they are."""
+    layout = Layout.of(graph)
+    x = np.zeros(layout.size)
+    x[: graph.poses.size] = graph.poses.ravel()
+    if graph.legs is not None and layout.axis is not None:
+        x[layout.axis] = graph.legs.axis_rad
+    return x
+
+
+def graph_blocks(graph: PoseGraph, config: OptimizerConfig) -> list[Block]:
+    """The blocks of a graph."""
+    layout, scale = Layout.of(graph), None
+    blocks: list[Block] = [BetweenBlock(graph.links), PriorBlock(graph.priors)]
+    if layout.scales is not None and graph.log_scale_sigma is not None and graph.walk is not None:
+        scale = layout.scales + graph.walk[graph.odometry.i]
+        blocks.append(ZeroBlock(layout.scales + np.arange(len(graph.log_scale_sigma)), graph.log_scale_sigma))
+    blocks.append(BetweenBlock(graph.odometry, log_scale=scale))
+    robust = config.loop_loss, config.loss_scale
+    if layout.lag is not None and graph.loop_velocity is not None:
+        blocks.append(ZeroBlock(np.array([layout.lag]), graph.lag_sigma_s))
+        blocks.append(SamePlaceBlock(graph.loops, graph.loop_velocity, layout.lag, *robust))
+    else:
+        blocks.append(BetweenBlock(graph.loops, *robust, backbone=False))
+    if layout.axis is not None and graph.legs is not None:
+        blocks.append(AlongAxisBlock(graph.legs, layout.axis, *robust))
+    return blocks
 
 
 def pose_variables(nodes: Integers) -> Integers:

@@ -20,6 +20,7 @@ KEPT = "kept"
 NEAR_IN_TIME = "neighbours in time"
 LESS_SIMILAR = "a more similar match nearby"
 NOT_MUTUAL = "not the best match of both scans"
+ALONE = "too few loops with this walk"
 
 
 @dataclass(frozen=True)
@@ -66,6 +67,7 @@ def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: Scr
     ``window`` (the paper's): of candidates <i, j>, <i, k> of a later scan i, with k within ϑ_w metres of j along that
     track, the more similar stays. ``mutual``: a pair stays if each scan is the other's best match in the other's walk.
     ``single``: in order of similarity, each scan takes part in one loop, and two walks are tied once per ϑ_w metres.
+    At last, walks with fewer than ``min_loops_per_walk`` loops lose them: a few of them may all be wrong.
     """
     i, j = candidates.i, candidates.j
     same = fingerprints.walk[i] == fingerprints.walk[j]
@@ -75,7 +77,22 @@ def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: Scr
     left = np.flatnonzero(~near)
     keep, why = _apply_rule(candidates.select(left), fingerprints, config)
     reason[left[~keep]] = why
+    left = left[keep]
+    reason[left[_alone(fingerprints.walk[i[left]], fingerprints.walk[j[left]], config.min_loops_per_walk)]] = ALONE
     return Loops(candidates, reason)
+
+
+def _alone(walk_i: Integers, walk_j: Integers, least: int) -> NDArray[np.bool_]:
+    """Mask (n,) of the loops with a walk that has fewer than ``least``, once all such are gone."""
+    alone, own = np.zeros(len(walk_i), bool), walk_i == walk_j
+    while True:
+        left = ~alone
+        ends = np.concatenate([walk_i[left], walk_j[left & ~own]])
+        count = np.bincount(ends, minlength=int(max(walk_i.max(initial=0), walk_j.max(initial=0))) + 1)
+        more = left & (np.minimum(count[walk_i], count[walk_j]) < least)
+        if not more.any():
+            return alone
+        alone |= more
 
 
 def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], str]:

@@ -1,30 +1,24 @@
 """Walk -> track: planar poses with a known uncertainty, from a tracker or by pedestrian dead reckoning.
 
-Dead reckoning counts steps on the norm of the acceleration, gives each a length (Weinberg 2002) and lays it along
-the heading of the phone's y axis. The heading is the integral of the gyroscope's rate about the vertical, slowly
-pulled towards the compass: the gyroscope is smooth but drifts, the compass is right on average but bends near steel.
+Dead reckoning counts steps, gives each a length (``steps``) and lays it along the heading of the phone (``heading``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import butter, find_peaks, sosfiltfilt
-from scipy.spatial.transform import Rotation
 
 from radioslam import planar
 from radioslam.config import OdometryConfig
 from radioslam.errors import LogError
+from radioslam.heading import phone_heading
+from radioslam.steps import Steps, common_clock, find_steps, step_lengths
 from radioslam.walk import Inertial, Signal, Walk
 
 Array = NDArray[np.float64]
-
-RATE_HZ = 50.0
-"""Inertial streams are brought to this common rate."""
 
 
 @dataclass(frozen=True)
@@ -63,22 +57,31 @@ class Track:
         return np.sqrt(translation + 0.05**2), np.sqrt(heading + 0.005**2)
 
 
-def estimate_odometry(walks: Iterable[Walk], config: OdometryConfig) -> list[Track]:
-    """One track per walk: the given odometry where there is one, dead reckoning otherwise."""
-    return [estimate_track(walk, config) for walk in walks]
-
-
-def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
-    """The track of one walk.
+def estimate_odometry(walks: Sequence[Walk], config: OdometryConfig) -> list[Track]:
+    """One track per walk: the given odometry where there is one, dead reckoning otherwise.
 
     Raises:
         LogError: neither odometry nor sensors that give steps and heading.
     """
-    if walk.odometry is not None:
-        return _tracker(walk, walk.odometry, config)
+    return [*_tracks(walks, config)]
+
+
+def _tracks(walks: Sequence[Walk], config: OdometryConfig) -> Iterator[Track]:
+    reckoned = [walk for walk in walks if walk.odometry is None]
+    steps = [find_steps(_inertial(walk).accelerometer, config) for walk in reckoned]
+    lengths = step_lengths(steps, [walk.device for walk in reckoned], config)
+    of_walk = iter(zip(steps, lengths, strict=True))
+    for walk in walks:
+        if walk.odometry is not None:
+            yield _tracker(walk, walk.odometry, config)
+        else:
+            yield _dead_reckoning(walk, *next(of_walk), config)
+
+
+def _inertial(walk: Walk) -> Inertial:
     if walk.inertial is None:
         raise LogError(walk.path or walk.name, "odometry or inertial sensors", "neither")
-    return _dead_reckoning(walk, walk.inertial, config)
+    return walk.inertial
 
 
 def _tracker(walk: Walk, odometry: Signal, config: OdometryConfig) -> Track:
@@ -95,116 +98,17 @@ def _tracker(walk: Walk, odometry: Signal, config: OdometryConfig) -> Track:
     )
 
 
-def _dead_reckoning(walk: Walk, inertial: Inertial, config: OdometryConfig) -> Track:
-    time_s = _common_clock(inertial.accelerometer)
-    norm = np.linalg.norm(_resample(inertial.accelerometer, time_s), axis=1)
-    steps = detect_steps(norm, config)
-    length = step_lengths(norm, steps, config)
+def _dead_reckoning(walk: Walk, steps: Steps, length_m: Array, config: OdometryConfig) -> Track:
+    inertial = _inertial(walk)
+    time_s = common_clock(inertial.accelerometer)
     heading = phone_heading(walk, inertial, time_s, config)
-    middle = np.interp(time_s[steps] - np.diff(time_s[steps], prepend=time_s[0]) / 2, time_s, heading)
-    moves = length[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
+    middle = np.interp(steps.time_s - np.diff(steps.time_s, prepend=time_s[0]) / 2, time_s, heading)
+    moves = length_m[:, None] * np.column_stack([np.cos(middle), np.sin(middle)])
     at_steps = np.vstack([np.zeros((1, 2)), np.cumsum(moves, axis=0)])
-    clock = np.concatenate([time_s[:1], time_s[steps], time_s[-1:]])
+    clock = np.concatenate([time_s[:1], steps.time_s, time_s[-1:]])
     positions = np.vstack([at_steps, at_steps[-1:]])
     poses = np.column_stack([positions, planar.wrap(np.interp(clock, time_s, heading))])
     count = np.concatenate([np.arange(len(steps) + 1.0), [len(steps)]])
-    spread = np.cumsum(np.concatenate([[0.0], (config.step_length_sigma * length) ** 2, [0.0]]))
+    spread = np.cumsum(np.concatenate([[0.0], (config.step_length_sigma * length_m) ** 2, [0.0]]))
     turning = count * config.step_heading_sigma_rad**2
     return Track(walk, clock, poses, planar.path_length(positions), spread, turning, config.step_scale_sigma)
-
-
-def detect_steps(norm_mps2: Array, config: OdometryConfig) -> NDArray[np.int64]:
-    """Sample indices (n_steps,) of the steps: peaks of the band-passed acceleration norm (n,) at ``RATE_HZ``."""
-    if len(norm_mps2) < 2 * RATE_HZ:
-        return np.zeros(0, np.int64)
-    sections = butter(2, config.step_band_hz, "bandpass", fs=RATE_HZ, output="sos")
-    smooth = sosfiltfilt(sections, norm_mps2)
-    apart = max(1, round(config.step_interval_s * RATE_HZ))
-    return find_peaks(smooth, height=config.step_peak_mps2, distance=apart)[0].astype(np.int64)
-
-
-def step_lengths(norm_mps2: Array, steps: NDArray[np.int64], config: OdometryConfig) -> Array:
-    """Length (n_steps,) in metres of each step.
-
-    Weinberg (2002): k · (a_max - a_min)^(1/4) with the extremes of the acceleration norm since the step before.
-    """
-    if config.step_length == "constant" or not len(steps):
-        return np.full(len(steps), config.typical_step_m)
-    longest = round(RATE_HZ)
-    begin = np.maximum(np.concatenate([[0], steps[:-1]]), steps - longest)
-    edges = np.column_stack([begin, steps]).ravel()
-    bounce = (np.maximum.reduceat(norm_mps2, edges) - np.minimum.reduceat(norm_mps2, edges))[::2] ** 0.25
-    if config.step_length == "relative":
-        return config.typical_step_m * bounce / np.median(bounce)
-    return config.weinberg_constant * bounce
-
-
-def phone_heading(walk: Walk, inertial: Inertial, time_s: Array, config: OdometryConfig) -> Array:
-    """Heading (n,) in rad, continuous, counter-clockwise from east, of the phone's forward axis.
-
-    Forward is the y axis (top edge) of a phone held flat and the back of one held upright, whichever is nearer the
-    horizontal over the walk.
-
-    Raises:
-        LogError: no rotation vector and nothing to make it from.
-    """
-    attitude = _attitude(walk, inertial, time_s)
-    candidates = [attitude.apply([0.0, 1.0, 0.0]), attitude.apply([0.0, 0.0, -1.0])]
-    forward = max(candidates, key=lambda axis: float(np.hypot(*axis.T[:2]).mean()))
-    compass = np.unwrap(np.arctan2(forward[:, 1], forward[:, 0]))
-    if config.heading == "rotation_vector" or inertial.gyroscope is None:
-        return compass
-    rate = attitude.apply(_resample(inertial.gyroscope, time_s))[:, 2]
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s))])
-    window = 2 * round(config.heading_correction_s * RATE_HZ) + 1
-    return turned + _moving_average(compass - turned, window)
-
-
-def _moving_average(values: Array, window: int) -> Array:
-    """Centred mean (n,), over what there is of the window at the ends."""
-    kernel = {"size": window, "mode": "constant"}
-    return uniform_filter1d(values, **kernel) / uniform_filter1d(np.ones_like(values), **kernel)
-
-
-def _attitude(walk: Walk, inertial: Inertial, time_s: Array) -> Rotation:
-    """Rotations (n,) from phone to world (east, north, up)."""
-    if inertial.rotation_vector is not None:
-        quaternions = inertial.rotation_vector.values
-        nearest = np.searchsorted(inertial.rotation_vector.time_s, time_s).clip(0, len(quaternions) - 1)
-        return Rotation.from_quat(quaternions[nearest])
-    if inertial.gyroscope is None:
-        raise LogError(
-            walk.path or walk.name,
-            "a rotation vector or a gyroscope for the heading",
-            "neither",
-            "record one of them",
-        )
-    return _filtered_attitude(inertial, inertial.gyroscope, time_s)
-
-
-def _filtered_attitude(inertial: Inertial, gyroscope: Signal, time_s: Array) -> Rotation:
-    """Madgwick's filter as kept in imufusion, where the log has no rotation vector."""
-    import imufusion
-
-    ahrs, settings = imufusion.Ahrs(), imufusion.AhrsSettings()
-    settings.convention, settings.sample_rate = imufusion.CONVENTION_ENU, RATE_HZ
-    ahrs.set_settings(settings)
-    rate_dps = np.degrees(_resample(gyroscope, time_s))
-    gravity_g = _resample(inertial.accelerometer, time_s) / 9.80665
-    magnetic = None if inertial.magnetometer is None else _resample(inertial.magnetometer, time_s)
-    quaternions = np.empty((len(time_s), 4))
-    for k in range(len(time_s)):
-        if magnetic is None:
-            ahrs.update_no_magnetometer(rate_dps[k], gravity_g[k])
-        else:
-            ahrs.update(rate_dps[k], gravity_g[k], magnetic[k])
-        quaternions[k] = ahrs.get_quaternion()
-    return Rotation.from_quat(quaternions, scalar_first=True)
-
-
-def _common_clock(signal: Signal) -> Array:
-    return np.arange(signal.time_s[0], signal.time_s[-1], 1 / RATE_HZ)
-
-
-def _resample(signal: Signal, time_s: Array) -> Array:
-    return np.column_stack([np.interp(time_s, signal.time_s, column) for column in signal.values.T])

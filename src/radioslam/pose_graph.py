@@ -80,6 +80,24 @@ class Priors:
 
 
 @dataclass(frozen=True)
+class Legs:
+    """m straight legs that run along or across one axis of the building.
+
+    Attributes:
+        begin, end: (m,) nodes.  sigma_rad: (m,) standard deviation of a leg's direction.
+        axis_rad: first estimate of the axis, an unknown of the graph.
+    """
+
+    begin: Integers
+    end: Integers
+    sigma_rad: Array
+    axis_rad: float
+
+    def __len__(self) -> int:
+        return len(self.begin)
+
+
+@dataclass(frozen=True)
 class PoseGraph:
     """Nodes and edges as arrays.
 
@@ -90,6 +108,9 @@ class PoseGraph:
         walk: (n,) walk of each node; what the unknowns of whole walks belong to.
         log_scale_sigma: (n_walks,) standard deviation of the logarithm of each walk's scale, an unknown of the graph
             that stretches its odometry; None where odometry is taken as it is.
+        loop_velocity: (n_loops, 2) m/s, how much faster j moved than i. The radio's lag, an unknown of the graph of
+            standard deviation ``lag_sigma_s``, parts the ends of a loop by lag times this; None without that unknown.
+        legs: straight legs that share an axis, or None.
     """
 
     poses: Array
@@ -99,6 +120,9 @@ class PoseGraph:
     priors: Priors = field(default_factory=Priors.none)
     walk: Integers | None = None
     log_scale_sigma: Array | None = None
+    loop_velocity: Array | None = None
+    lag_sigma_s: float = 0.0
+    legs: Legs | None = None
 
     @property
     def edge_count(self) -> int:

@@ -33,13 +33,19 @@ MAX_GAP_S = 60.0
 
 @dataclass(frozen=True)
 class SolverStatus:
-    """How the last optimization went: ``cost`` is F of equation (1)."""
+    """How the last optimization went: ``cost`` is F of equation (1).
+
+    ``radio_lag_s`` is how much older than its time a scan's content was found to be, ``axis_rad`` the direction in
+    [0, π/2) that the building's axes were found to run in; None where they were no unknowns.
+    """
 
     converged: bool
     iterations: int
     cost_before: float
     cost_after: float
     seconds: float
+    radio_lag_s: float | None = None
+    axis_rad: float | None = None
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from radioslam import planar
 from radioslam.config import Config, OptimizerConfig, load_config
+from radioslam.directions import straight_legs
 from radioslam.errors import MappingError
-from radioslam.factors import graph_blocks
+from radioslam.factors import Layout, first_guess, graph_blocks
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
 from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
@@ -62,14 +63,16 @@ def map_walks(
     with clock("similarity"):
         similar = similar_pairs(strengths, config.loops.similarity_threshold)
     estimate = merged
-    for gate_m in config.loops.gates_m:
+    for k, gate_m in enumerate(config.loops.gates_m):
         with clock("loop candidates"):
             candidates = find_candidates(similar, estimate, fingerprints, gate_m, config.loops)
         with clock("screening"):
             loops = screen_candidates(candidates, fingerprints, config.screening)
         with clock("optimization"):
             graph = build_pose_graph(estimate, loops, uncertainty, config)
-            solution = optimize(graph, config.optimizer, last=gate_m == config.loops.gates_m[-1])
+            if k > 0:  # the axes show once the loops have laid the walks together
+                graph = replace(graph, legs=straight_legs(estimate, config.directions))
+            solution = optimize(graph, config.optimizer, last=k == len(config.loops.gates_m) - 1)
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
@@ -81,9 +84,7 @@ def map_walks(
         loops=loops,
         uncertainty=uncertainty,
         graph=solved_graph(graph, estimate, solution),
-        solver=SolverStatus(
-            solution.converged, solution.iterations, solution.cost_before, solution.cost_after, solution.seconds
-        ),
+        solver=_status(graph, solution),
         devices=tuple(track.walk.device for track in tracks),
         seconds=clock.seconds,
     )
@@ -95,6 +96,7 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     sigma = uncertainty.sigma(kept.similarity)
     turn_sigma = np.full(len(kept), config.loops.heading_variance**0.5)
     scales = np.array([track.log_scale_sigma for track in merged.tracks])
+    velocity = merged.velocities()
     return PoseGraph(
         poses=merged.poses,
         odometry=_odometry_edges(merged),
@@ -108,15 +110,16 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
         priors=merged.priors,
         walk=merged.walk,
         log_scale_sigma=scales if config.merging.walk_scales else None,
+        loop_velocity=velocity[node[kept.j]] - velocity[node[kept.i]] if config.loops.lag_sigma_s else None,
+        lag_sigma_s=config.loops.lag_sigma_s,
     ).check()
 
 
 def optimize(graph: PoseGraph, config: OptimizerConfig, last: bool = True) -> Solution:
     """Equation (1) with the unknowns of whole walks; of the last graph the marginal variances too."""
-    blocks, size = graph_blocks(graph, config)
-    x = np.zeros(size)
-    x[: graph.poses.size] = graph.poses.ravel()
-    return minimize(blocks, x, config, variances=last and config.standard_deviations)
+    return minimize(
+        graph_blocks(graph, config), first_guess(graph), config, variances=last and config.standard_deviations
+    )
 
 
 def _odometry_edges(merged: MergedTracks) -> Edges:
@@ -131,13 +134,30 @@ def _odometry_edges(merged: MergedTracks) -> Edges:
 
 
 def solved_graph(graph: PoseGraph, estimate: MergedTracks, solution: Solution) -> PoseGraph:
-    """The graph at its optimum: optimized poses, and odometry stretched by each walk's step scale."""
-    if graph.log_scale_sigma is None:
-        return replace(graph, poses=estimate.poses)
-    scale = np.exp(solution.x[graph.poses.size + estimate.walk[graph.odometry.i]])
-    measured = graph.odometry.measurement
-    stretched = np.column_stack([measured[:, :2] * scale[:, None], measured[:, 2]])
-    return replace(graph, poses=estimate.poses, odometry=replace(graph.odometry, measurement=stretched))
+    """The graph at its optimum: poses, odometry stretched by each walk's scale, loops parted by the radio's lag."""
+    layout, odometry, loops = Layout.of(graph), graph.odometry, graph.loops
+    if layout.scales is not None:
+        scale = np.exp(solution.x[layout.scales + estimate.walk[odometry.i]])
+        moved = np.column_stack([odometry.measurement[:, :2] * scale[:, None], odometry.measurement[:, 2]])
+        odometry = replace(odometry, measurement=moved)
+    if layout.lag is not None and graph.loop_velocity is not None:
+        parted = planar.rotate(-estimate.poses[loops.i, 2], solution.x[layout.lag] * graph.loop_velocity)
+        loops = replace(loops, measurement=np.column_stack([parted, loops.measurement[:, 2]]))
+    return replace(graph, poses=estimate.poses, odometry=odometry, loops=loops)
+
+
+def _status(graph: PoseGraph, solution: Solution) -> SolverStatus:
+    layout = Layout.of(graph)
+    lag_s, axis_rad = (None if k is None else float(solution.x[k]) for k in (layout.lag, layout.axis))
+    return SolverStatus(
+        solution.converged,
+        solution.iterations,
+        solution.cost_before,
+        solution.cost_after,
+        solution.seconds,
+        lag_s,
+        None if axis_rad is None else axis_rad % (np.pi / 2),
+    )
 
 
 def annotate(merged: MergedTracks, fingerprints: Fingerprints, solution: Solution, map_of_walk: Integers) -> RadioMap:
