@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy import sparse
 
 from radioslam.config import FingerprintConfig, OdometryConfig
-from radioslam.fingerprints import collect_fingerprints, fresh_readings, represent
-from radioslam.odometry import estimate_track
+from radioslam.fingerprints import collect_fingerprints, fresh_readings, represent, with_beacons
+from radioslam.odometry import estimate_odometry
 
 from .builders import scans_of, tracked_walk
 
@@ -13,9 +15,8 @@ EAST = np.column_stack([2.0 * np.arange(6), np.zeros((6, 2))])
 
 
 def collect(*scans, config=EVERYTHING):
-    tracks = [
-        estimate_track(tracked_walk(EAST, name=f"walk {k}", scans=s), OdometryConfig()) for k, s in enumerate(scans)
-    ]
+    walks = [tracked_walk(EAST, name=f"walk {k}", scans=s) for k, s in enumerate(scans)]
+    tracks = estimate_odometry(walks, OdometryConfig())
     return collect_fingerprints(tracks, config)
 
 
@@ -152,3 +153,47 @@ def test_representing_leaves_the_readings_as_they_were(representation):
     before = RSS.toarray()
     represent(RSS, FingerprintConfig(representation=representation)).data[:] = 7.0
     np.testing.assert_array_equal(RSS.toarray(), before)
+
+
+# Beacons
+
+
+def with_ble(wifi, ble, **config):
+    walk = replace(tracked_walk(EAST, scans=wifi), ble=ble)
+    return with_beacons(walk, FingerprintConfig(beacons=True, **config))
+
+
+def strength(scans, name):
+    column = scans.transmitters.index(name)
+    here = scans.reading_transmitter == column
+    return dict(zip(scans.reading_scan[here].tolist(), scans.rss_dbm[here].tolist(), strict=True))
+
+
+def test_beacons_belong_to_the_nearest_scan_by_their_mean():
+    wifi = scans_of((0, "a", -50), (4, "a", -51))
+    ble = scans_of((0.5, "b", -60), (1.5, "b", -70), (3.5, "b", -80), (3.5, "c", -90))
+    scans = with_ble(wifi, ble)
+    assert strength(scans, "ble:b") == {0: -65.0, 1: -80.0}
+    assert strength(scans, "ble:c") == {1: -90.0}
+    assert strength(scans, "a") == {0: -50.0, 1: -51.0}
+
+
+def test_beacons_far_from_every_scan_are_left_out():
+    scans = with_ble(scans_of((0, "a", -50)), scans_of((5.0, "b", -60)), beacon_window_s=3.0)
+    assert "ble:b" not in scans.transmitters
+
+
+def test_scans_that_heard_no_access_point_keep_their_place_among_beacons():
+    wifi = scans_of((0, "a", -50), (4, "a", -51))
+    silent = replace(wifi, scan_time_s=np.array([0.0, 2.0, 4.0]), reading_scan=np.array([0, 2]))
+    scans = with_ble(silent, scans_of((2.1, "b", -60)))
+    np.testing.assert_array_equal(scans.scan_time_s, [0, 2, 4])
+    assert strength(scans, "ble:b") == {1: -60.0}
+
+
+def test_beacons_are_columns_of_the_crowd_if_asked_for():
+    walk = replace(tracked_walk(EAST, scans=scans_of((1, "a", -50))), ble=scans_of((1, "b", -60)))
+    tracks = estimate_odometry([walk], OdometryConfig())
+    assert collect_fingerprints(tracks, EVERYTHING).transmitters == ("a",)
+    both = EVERYTHING.model_copy(update={"beacons": True})
+    assert collect_fingerprints(tracks, both).transmitters == ("a", "ble:b")

@@ -12,6 +12,7 @@ from radioslam.loops import (
     LESS_SIMILAR,
     NEAR_IN_TIME,
     NOT_MUTUAL,
+    contradicted,
     find_candidates,
     first_in_claims,
     screen_candidates,
@@ -31,6 +32,11 @@ def pairs_of(*rows):
 
 def as_tuples(pairs):
     return list(zip(pairs.i.tolist(), pairs.j.tolist(), strict=True))
+
+
+def screened(pairs, fingerprints, config):
+    """Screening under an estimate that is the odometry's."""
+    return screen_candidates(pairs, fingerprints, fingerprints.poses[:, :2], config)
 
 
 # Candidates
@@ -105,7 +111,7 @@ def crowds(draw):
 @given(crowds(), st.sampled_from(RULES), st.integers(1, 5), st.sampled_from([0.0, 2.0, 5.0]))
 def test_every_candidate_has_a_verdict_and_no_loop_joins_neighbours_in_time(crowd, rule, gap, window_m):
     fingerprints, pairs = crowd
-    loops = screen_candidates(pairs, fingerprints, ScreeningConfig(rule=rule, min_index_gap=gap, window_m=window_m))
+    loops = screened(pairs, fingerprints, ScreeningConfig(rule=rule, min_index_gap=gap, window_m=window_m))
     assert loops.pairs is pairs
     assert len(loops.reason) == len(pairs)
     assert set(loops.reason.tolist()) <= {KEPT, NEAR_IN_TIME, LESS_SIMILAR, NOT_MUTUAL}
@@ -118,26 +124,26 @@ def test_every_candidate_has_a_verdict_and_no_loop_joins_neighbours_in_time(crow
 @given(crowds(), st.sampled_from(RULES))
 def test_of_the_candidates_far_enough_in_time_the_most_similar_is_kept(crowd, rule):
     fingerprints, pairs = crowd
-    loops = screen_candidates(pairs, fingerprints, ScreeningConfig(rule=rule, min_index_gap=2))
+    loops = screened(pairs, fingerprints, ScreeningConfig(rule=rule, min_index_gap=2))
     left = loops.reason != NEAR_IN_TIME
     assert loops.kept.similarity.max(initial=0.0) == pairs.similarity[left].max(initial=0.0)
 
 
 def test_no_candidates_give_no_loops():
     for rule in RULES:
-        assert len(screen_candidates(pairs_of(), fingerprints_at([0.0]), ScreeningConfig(rule=rule)).kept) == 0
+        assert len(screened(pairs_of(), fingerprints_at([0.0]), ScreeningConfig(rule=rule)).kept) == 0
 
 
 def test_scans_of_two_walks_are_no_neighbours_in_time():
     fingerprints = fingerprints_at([0.0, 1.0], walk=[0, 1])
-    loops = screen_candidates(pairs_of((0, 1, 0.9)), fingerprints, ScreeningConfig(min_index_gap=20))
+    loops = screened(pairs_of((0, 1, 0.9)), fingerprints, ScreeningConfig(min_index_gap=20))
     assert loops.reason.tolist() == [KEPT]
 
 
 @pytest.mark.parametrize(("gap", "reason"), [(3, KEPT), (4, NEAR_IN_TIME)])
 def test_scans_of_one_walk_must_be_so_many_apart(gap, reason):
     fingerprints = fingerprints_at(np.arange(4.0))
-    loops = screen_candidates(pairs_of((0, 3, 0.9)), fingerprints, ScreeningConfig(min_index_gap=gap))
+    loops = screened(pairs_of((0, 3, 0.9)), fingerprints, ScreeningConfig(min_index_gap=gap))
     assert loops.reason.tolist() == [reason]
 
 
@@ -161,14 +167,14 @@ def kept_by_window(fingerprints, pairs, window_m):
 def test_the_window_rule_equals_the_plain_loops(crowd, window_m):
     fingerprints, pairs = crowd
     config = ScreeningConfig(rule="window", min_index_gap=1, window_m=window_m)
-    reason = screen_candidates(pairs, fingerprints, config).reason
+    reason = screened(pairs, fingerprints, config).reason
     assert np.flatnonzero(reason == KEPT).tolist() == kept_by_window(fingerprints, pairs, window_m)
 
 
 def test_of_two_partners_near_each_other_the_more_similar_stays():
     fingerprints = fingerprints_at([0, 4, 20, 0], walk=[0, 0, 0, 1])
     pairs = pairs_of((0, 3, 0.8), (1, 3, 0.9), (2, 3, 0.85))
-    loops = screen_candidates(pairs, fingerprints, ScreeningConfig(rule="window", window_m=5.0))
+    loops = screened(pairs, fingerprints, ScreeningConfig(rule="window", window_m=5.0))
     assert loops.reason.tolist() == [LESS_SIMILAR, KEPT, KEPT]
 
 
@@ -190,19 +196,19 @@ def kept_by_mutual(fingerprints, pairs):
 @given(crowds())
 def test_the_mutual_rule_equals_the_look_up_of_best_matches(crowd):
     fingerprints, pairs = crowd
-    reason = screen_candidates(pairs, fingerprints, ScreeningConfig(rule="mutual", min_index_gap=1)).reason
+    reason = screened(pairs, fingerprints, ScreeningConfig(rule="mutual", min_index_gap=1)).reason
     assert np.flatnonzero(reason == KEPT).tolist() == kept_by_mutual(fingerprints, pairs)
 
 
 def test_a_match_that_prefers_another_is_not_mutual():
     fingerprints = fingerprints_at([0, 50, 0], walk=[0, 0, 1])
-    loops = screen_candidates(pairs_of((0, 2, 0.8), (1, 2, 0.9)), fingerprints, ScreeningConfig(rule="mutual"))
+    loops = screened(pairs_of((0, 2, 0.8), (1, 2, 0.9)), fingerprints, ScreeningConfig(rule="mutual"))
     assert loops.reason.tolist() == [NOT_MUTUAL, KEPT]
 
 
 def test_a_scan_may_match_one_scan_in_each_of_several_walks():
     fingerprints = fingerprints_at([0, 0, 0], walk=[0, 1, 2])
-    loops = screen_candidates(pairs_of((0, 1, 0.8), (0, 2, 0.9)), fingerprints, ScreeningConfig(rule="mutual"))
+    loops = screened(pairs_of((0, 1, 0.8), (0, 2, 0.9)), fingerprints, ScreeningConfig(rule="mutual"))
     assert loops.reason.tolist() == [KEPT, KEPT]
 
 
@@ -227,7 +233,7 @@ def kept_by_single(fingerprints, pairs, window_m):
 def test_the_single_rule_equals_the_loop_over_the_sorted_candidates(crowd, window_m):
     fingerprints, pairs = crowd
     config = ScreeningConfig(rule="single", min_index_gap=1, window_m=window_m)
-    reason = screen_candidates(pairs, fingerprints, config).reason
+    reason = screened(pairs, fingerprints, config).reason
     assert np.flatnonzero(reason == KEPT).tolist() == kept_by_single(fingerprints, pairs, window_m)
 
 
@@ -235,8 +241,45 @@ def test_the_single_rule_equals_the_loop_over_the_sorted_candidates(crowd, windo
 @given(crowds())
 def test_the_single_rule_uses_each_scan_once(crowd):
     fingerprints, pairs = crowd
-    kept = screen_candidates(pairs, fingerprints, ScreeningConfig(rule="single", min_index_gap=1)).kept
+    kept = screened(pairs, fingerprints, ScreeningConfig(rule="single", min_index_gap=1)).kept
     assert len(set(kept.i.tolist()) | set(kept.j.tolist())) == 2 * len(kept)
+
+
+# Screening: neighbours in time
+
+
+def side_by_side(*offsets_m):
+    """Two walks of a scan every 5 m, loops between scans of one number, and the offset of each under the estimate."""
+    n = len(offsets_m)
+    fingerprints = fingerprints_at(np.tile(5.0 * np.arange(n), 2), walk=np.repeat([0, 1], n))
+    positions = np.column_stack([fingerprints.distance_m, np.concatenate([np.zeros(n), offsets_m])])
+    pairs = pairs_of(*((k, n + k, 0.9) for k in range(n)))
+    return contradicted(pairs, fingerprints, positions, ScreeningConfig(consistency_m=6.0, neighbour_m=15.0))
+
+
+def test_a_loop_that_both_neighbours_contradict_is_found():
+    assert side_by_side(1, 2, 12, 3, 2).tolist() == [False, False, True, False, False]
+
+
+def test_neighbours_that_disagree_themselves_contradict_nobody():
+    assert not side_by_side(0, 10, 20, 30).any()
+    assert not side_by_side(1, 2, 3, 2).any()
+
+
+def test_loops_far_along_or_between_other_walks_are_no_neighbours():
+    fingerprints = fingerprints_at(np.tile([0.0, 20.0, 40.0], 2), walk=np.repeat([0, 1], 3))
+    positions = np.column_stack([fingerprints.distance_m, [0, 0, 0, 1, 12, 1]])
+    pairs = pairs_of((0, 3, 0.9), (1, 4, 0.9), (2, 5, 0.9))
+    config = ScreeningConfig(consistency_m=6.0, neighbour_m=15.0)
+    assert not contradicted(pairs, fingerprints, positions, config).any()
+    assert contradicted(pairs, fingerprints, positions, ScreeningConfig(consistency_m=6.0, neighbour_m=25.0)).any()
+
+
+def test_nothing_is_contradicted_unless_asked_for():
+    fingerprints = fingerprints_at(np.zeros(4), walk=np.repeat([0, 1], 2))
+    config = ScreeningConfig()
+    assert config.consistency_m == 0.0
+    assert not contradicted(pairs_of((0, 2, 0.9), (1, 3, 0.9)), fingerprints, np.zeros((4, 2)), config).any()
 
 
 # Screening: walks with few loops
@@ -247,7 +290,7 @@ def test_walks_with_few_loops_lose_them_and_so_may_their_partners():
     fingerprints = fingerprints_at(np.arange(20.0) * 10, walk=np.repeat([0, 1, 2, 3], 5))
     pairs = pairs_of((0, 5, 0.9), (1, 6, 0.9), (2, 7, 0.9), (3, 10, 0.9), (4, 11, 0.9), (12, 15, 0.9))
     config = ScreeningConfig(rule="single", min_index_gap=1, min_loops_per_walk=3)
-    reason = screen_candidates(pairs, fingerprints, config).reason
+    reason = screened(pairs, fingerprints, config).reason
     assert reason.tolist() == [KEPT, KEPT, KEPT, ALONE, ALONE, ALONE]
 
 
@@ -256,7 +299,7 @@ def test_loops_of_a_walk_with_itself_count_once():
     pairs = pairs_of((0, 3, 0.9), (1, 4, 0.9))
     for least, verdict in ((2, KEPT), (3, ALONE)):
         config = ScreeningConfig(rule="single", min_index_gap=1, min_loops_per_walk=least)
-        assert set(screen_candidates(pairs, fingerprints, config).reason.tolist()) == {verdict}
+        assert set(screened(pairs, fingerprints, config).reason.tolist()) == {verdict}
 
 
 # Claims

@@ -6,7 +6,7 @@ from radioslam.config import FingerprintConfig, MergingConfig, OdometryConfig
 from radioslam.errors import MappingError
 from radioslam.fingerprints import collect_fingerprints
 from radioslam.merging import merge_tracks
-from radioslam.odometry import estimate_track
+from radioslam.odometry import estimate_odometry
 from radioslam.uncertainty import UncertaintyModel
 from radioslam.walk import Reference
 
@@ -19,7 +19,7 @@ MODEL = UncertaintyModel(np.array([0.0, 1.0]), np.array([9.0, 1.0]), np.array([1
 
 
 def merge(*walks, **config):
-    tracks = [estimate_track(walk, OdometryConfig()) for walk in walks]
+    tracks = estimate_odometry(walks, OdometryConfig())
     fingerprints = collect_fingerprints(tracks, FingerprintConfig(rss_threshold_dbm=-127))
     return merge_tracks(tracks, fingerprints, fingerprints.rss_dbm, MODEL, MergingConfig(**config))
 

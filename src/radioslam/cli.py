@@ -43,6 +43,9 @@ def map_command(
     logs: Logs,
     out: Out = Path("result"),
     starts: Annotated[str | None, typer.Option("--starts", help="common, known or unknown.")] = None,
+    heading: Annotated[
+        str | None, typer.Option("--heading", help="device, or unknown: phones carried at any angle.")
+    ] = None,
     preset: Preset = None,
     config: ConfigFile = None,
     set_: Overrides = None,
@@ -59,7 +62,8 @@ def map_command(
     from radioslam.config import load_config
     from radioslam.result_folder import check_target
 
-    overrides = [*(set_ or []), *([f"merging.starts={starts}"] if starts else [])]
+    named = {"merging.starts": starts, "merging.heading": heading}
+    overrides = [*(set_ or []), *(f"{key}={value}" for key, value in named.items() if value)]
     effective = load_config(preset, config, overrides)
     check_target(out, force, logs)
     skipped: list[LogError] = []

@@ -83,6 +83,10 @@ class FingerprintConfig(_Group):
     """α of ``exponential``: strength = exp((RSS - floor) / α)."""
     max_age_s: float = Field(5.0, gt=0)
     """A reading last heard longer before its scan is stale."""
+    beacons: bool = False
+    """Whether Bluetooth beacons are further columns beside the WiFi access points."""
+    beacon_window_s: float = Field(3.0, gt=0)
+    """A beacon's reading belongs to the nearest scan if that is no farther in time."""
 
 
 class UncertaintyConfig(_Group):
@@ -109,6 +113,9 @@ class MergingConfig(_Group):
     """Variance of θ (rad²) of the links between common starts, as in the paper."""
     start_sigma_m: float = Field(1.0, gt=0)
     """Standard deviation of a known start."""
+    heading: Literal["device", "unknown"] = "device"
+    """``device``: the phone points the way its bearer walks; ``unknown``: at an angle of each walk's own (a pocket, a
+    bag), which is found from the crowd."""
     heading_sigma_rad: float = Field(0.2, gt=0)
     """Standard deviation of the compass heading of a whole walk."""
     walk_scales: bool = False
@@ -160,6 +167,10 @@ class ScreeningConfig(_Group):
     """M: scans of one walk nearer than this in number are no loop."""
     min_loops_per_walk: int = Field(1, ge=1)
     """Walks with fewer loops have none."""
+    neighbour_m: float = Field(15.0, gt=0)
+    """Loops of two walks this near along both are neighbours."""
+    consistency_m: float = Field(0.0, ge=0)
+    """A loop whose two neighbours agree within so much and disagree with it by more is dropped; 0: none is."""
     window_m: float = Field(5.0, ge=0)
     """ϑ_w: of the candidates of one scan within so many metres along the other track the most similar stays."""
 
@@ -205,7 +216,7 @@ PRESETS: dict[str, dict[str, Any]] = {
         "merging": {"heading_variance": 0.04, "walk_scales": True},
         "loops": {"similarity_threshold": 0.7, "gates_m": [20.0, 8.0], "lag_sigma_s": 3.0},
         "directions": {"use": True},
-        "screening": {"rule": "single", "window_m": 3.0, "min_loops_per_walk": 6},
+        "screening": {"rule": "single", "window_m": 3.0, "min_loops_per_walk": 6, "consistency_m": 6.0},
         "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},
     },
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from scipy import sparse
 
 from radioslam.config import FingerprintConfig
 from radioslam.odometry import Track
-from radioslam.walk import RadioScans
+from radioslam.walk import RadioScans, Walk
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -42,10 +42,14 @@ class Fingerprints:
 
 
 def collect_fingerprints(tracks: Sequence[Track], config: FingerprintConfig) -> Fingerprints:
-    """Give each scan the pose at its own time and keep its fresh readings that are strong enough (ϑ_r)."""
-    transmitters = tuple(sorted({name for track in tracks for name in track.walk.wifi.transmitters}))
+    """Give each scan the pose at its own time and keep its fresh readings that are strong enough (ϑ_r).
+
+    With ``config.beacons``, what was heard of Bluetooth beacons around a scan makes further columns.
+    """
+    scans = [track.walk.wifi if not config.beacons else with_beacons(track.walk, config) for track in tracks]
+    transmitters = tuple(sorted({name for radio in scans for name in radio.transmitters}))
     column = {name: k for k, name in enumerate(transmitters)}
-    blocks = [_strengths(track.walk.wifi, column, config) for track in tracks]
+    blocks = [_strengths(radio, column, config) for radio in scans]
     times = [track.walk.wifi.scan_time_s for track in tracks]
     counts = [len(t) for t in times]
     return Fingerprints(
@@ -57,6 +61,35 @@ def collect_fingerprints(tracks: Sequence[Track], config: FingerprintConfig) -> 
         rss_dbm=sparse.csr_array(sparse.vstack(blocks)),
         transmitters=transmitters,
     )
+
+
+def with_beacons(walk: Walk, config: FingerprintConfig) -> RadioScans:
+    """The WiFi scans of a walk, each with the mean strength of every beacon heard nearest to it in time.
+
+    Beacons are heard all the time, scans are read out every few seconds: a reading belongs to the nearest scan if that
+    is no more than ``beacon_window_s`` away. Beacons are called ``ble:`` and their identity.
+    """
+    wifi, ble = walk.wifi, walk.ble
+    if ble is None or not len(wifi) or not ble.reading_count:
+        return wifi
+    time_s = ble.scan_time_s[ble.reading_scan]
+    middle = (wifi.scan_time_s[1:] + wifi.scan_time_s[:-1]) / 2
+    scan = np.searchsorted(middle, time_s)
+    near = np.abs(wifi.scan_time_s[scan] - time_s) <= config.beacon_window_s
+    key = scan[near] * len(ble.transmitters) + ble.reading_transmitter[near]
+    keys, group = np.unique(key, return_inverse=True)
+    mean_dbm = np.bincount(group, ble.rss_dbm[near]) / np.maximum(np.bincount(group), 1)
+    names = np.array([*wifi.transmitters, *(f"ble:{name}" for name in ble.transmitters)])
+    beacon = names[len(wifi.transmitters) + keys % len(ble.transmitters)]
+    both = RadioScans.from_readings(
+        np.concatenate([wifi.scan_time_s[wifi.reading_scan], wifi.scan_time_s[keys // len(ble.transmitters)]]),
+        np.concatenate([names[wifi.reading_transmitter], beacon]).tolist(),
+        np.concatenate([wifi.rss_dbm, mean_dbm]),
+        np.concatenate([wifi.frequency_mhz, np.full(len(keys), np.nan)]),
+        np.concatenate([wifi.last_seen_s, np.full(len(keys), np.nan)]),
+    )
+    place = np.searchsorted(wifi.scan_time_s, both.scan_time_s)  # scans that heard nothing keep their place
+    return replace(both, scan_time_s=wifi.scan_time_s, reading_scan=place[both.reading_scan])
 
 
 def _strengths(scans: RadioScans, column: dict[str, int], config: FingerprintConfig) -> sparse.csr_array:

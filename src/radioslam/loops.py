@@ -21,6 +21,7 @@ NEAR_IN_TIME = "neighbours in time"
 LESS_SIMILAR = "a more similar match nearby"
 NOT_MUTUAL = "not the best match of both scans"
 ALONE = "too few loops with this walk"
+CONTRADICTED = "neighbours in time contradict it"
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,9 @@ def find_candidates(
     )
 
 
-def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> Loops:
+def screen_candidates(
+    candidates: Pairs, fingerprints: Fingerprints, positions_xy: Array, config: ScreeningConfig
+) -> Loops:
     """Decide which candidates become loops.
 
     Always: scans of one walk fewer than M apart in number are no loop. Then by ``config.rule``:
@@ -67,7 +70,14 @@ def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: Scr
     ``window`` (the paper's): of candidates <i, j>, <i, k> of a later scan i, with k within ϑ_w metres of j along that
     track, the more similar stays. ``mutual``: a pair stays if each scan is the other's best match in the other's walk.
     ``single``: in order of similarity, each scan takes part in one loop, and two walks are tied once per ϑ_w metres.
-    At last, walks with fewer than ``min_loops_per_walk`` loops lose them: a few of them may all be wrong.
+    Of what is left, loops go that their neighbours contradict (``contradicted``), and at last those of walks with fewer
+    than ``min_loops_per_walk``: a few of them may all be wrong.
+
+    Args:
+        candidates: pairs of fingerprints.
+        fingerprints: the scans.
+        positions_xy: (n, 2) of the fingerprints under the current estimate.
+        config: rule and limits.
     """
     i, j = candidates.i, candidates.j
     same = fingerprints.walk[i] == fingerprints.walk[j]
@@ -78,8 +88,37 @@ def screen_candidates(candidates: Pairs, fingerprints: Fingerprints, config: Scr
     keep, why = _apply_rule(candidates.select(left), fingerprints, config)
     reason[left[~keep]] = why
     left = left[keep]
+    wrong = contradicted(candidates.select(left), fingerprints, positions_xy, config)
+    reason[left[wrong]] = CONTRADICTED
+    left = left[~wrong]
     reason[left[_alone(fingerprints.walk[i[left]], fingerprints.walk[j[left]], config.min_loops_per_walk)]] = ALONE
     return Loops(candidates, reason)
+
+
+def contradicted(
+    loops: Pairs, fingerprints: Fingerprints, positions_xy: Array, config: ScreeningConfig
+) -> NDArray[np.bool_]:
+    """Mask (n,) of the loops whose neighbours in time agree with each other and not with it.
+
+    Along a stretch that two walks share, odometry is good, so the loops before and after one, between the same two
+    walks and within ``neighbour_m`` along both, bridge the same gap: the offset t_j - t_i of the estimate (temporal
+    consistency, Gálvez-López and Tardós 2012). A loop is dropped where both neighbours' offsets lie within
+    ``consistency_m`` of each other and its own lies farther from either.
+    """
+    walks = int(fingerprints.walk.max(initial=0)) + 1
+    pair = fingerprints.walk[loops.i] * walks + fingerprints.walk[loops.j]
+    along_i, along_j = fingerprints.distance_m[loops.i], fingerprints.distance_m[loops.j]
+    order = np.lexsort((along_i, pair))
+    wrong = np.zeros(len(loops), bool)
+    if not config.consistency_m or len(loops) < 3:
+        return wrong
+    offset = (positions_xy[loops.j] - positions_xy[loops.i])[order]
+    step_i, step_j = np.diff(along_i[order]), np.abs(np.diff(along_j[order]))
+    near = (np.diff(pair[order]) == 0) & (step_i <= config.neighbour_m) & (step_j <= config.neighbour_m)
+    apart = np.hypot(*(offset[1:] - offset[:-1]).T) > config.consistency_m
+    outer = np.hypot(*(offset[2:] - offset[:-2]).T) <= config.consistency_m
+    wrong[order[1:-1]] = near[:-1] & near[1:] & apart[:-1] & apart[1:] & outer
+    return wrong
 
 
 def _alone(walk_i: Integers, walk_j: Integers, least: int) -> NDArray[np.bool_]:

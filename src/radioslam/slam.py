@@ -28,6 +28,7 @@ from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult, SolverStatus
 from radioslam.similarity import similar_pairs
+from radioslam.turns import turn_walks
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
 from radioslam.walk import Walk
 
@@ -62,12 +63,17 @@ def map_walks(
         merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging)
     with clock("similarity"):
         similar = similar_pairs(strengths, config.loops.similarity_threshold)
+    if config.merging.heading == "unknown":
+        with clock("turning"):
+            merged = turn_walks(merged, similar, fingerprints, uncertainty, config)
     estimate = merged
     for k, gate_m in enumerate(config.loops.gates_m):
         with clock("loop candidates"):
             candidates = find_candidates(similar, estimate, fingerprints, gate_m, config.loops)
         with clock("screening"):
-            loops = screen_candidates(candidates, fingerprints, config.screening)
+            loops = screen_candidates(
+                candidates, fingerprints, estimate.poses[estimate.node_of_fingerprint, :2], config.screening
+            )
         with clock("optimization"):
             graph = build_pose_graph(estimate, loops, uncertainty, config)
             if k > 0:  # the axes show once the loops have laid the walks together
