@@ -188,7 +188,7 @@ def _with_starts(
     tracks: Sequence[Track], fingerprints: Fingerprints, known: NDArray[np.bool_]
 ) -> tuple[Integers, Array, Array, Integers]:
     """Nodes: walk, time, odometry pose and fingerprint (-1 at starts) of all scans and of the ``known`` (w,) starts."""
-    starts = [_start(tracks[k]) for k in np.flatnonzero(known)]
+    starts = [_start(tracks[k]) for k in np.flatnonzero(known).tolist()]
     walk = np.concatenate([fingerprints.walk, np.flatnonzero(known)])
     time_s = np.concatenate([fingerprints.time_s, [time_s for time_s, _, _ in starts]])
     poses = np.concatenate([fingerprints.poses, np.reshape([pose for _, pose, _ in starts], (-1, 3))])
