@@ -22,8 +22,19 @@ RIDGE = 1e-6
 """Holds what no loop ties, 1/m²."""
 
 
-def first_offsets(walk: Integers, positions_xy: Array, i: Integers, j: Integers, sigma_m: Array, walks: int) -> Array:
-    """Offsets (w, 2) that bring the points i and j (m,) of each loop together; points (n, 2) of walks (n,)."""
+def first_offsets(
+    walk: Integers,
+    positions_xy: Array,
+    i: Integers,
+    j: Integers,
+    sigma_m: Array,
+    walks: int,
+    sure: NDArray[np.bool_] | None = None,
+) -> Array:
+    """Offsets (w, 2) that bring the points i and j (m,) of each loop together; points (n, 2) of walks (n,).
+
+    Loops that are ``sure`` (m,) keep their weight whatever the others say.
+    """
     a, b, measured = walk[i], walk[j], positions_xy[i] - positions_xy[j]
     weight = np.ones(len(i))
     offsets = np.zeros((walks, 2))
@@ -31,6 +42,8 @@ def first_offsets(walk: Integers, positions_xy: Array, i: Integers, j: Integers,
         offsets = _weighted_offsets(a, b, measured, weight / sigma_m**2, walks)
         error = np.hypot(*(offsets[b] - offsets[a] - measured).T) / sigma_m
         weight = 1.0 / (1.0 + (error / scale) ** 2)
+        if sure is not None:
+            weight[sure] = 1.0
     return offsets
 
 

@@ -46,7 +46,7 @@ FIRM = 1e-4
 class _Crowd:
     """Points of walks, (n,) and (n, 2), of which the first are fingerprints; loops i, j, σ (m,) between them.
 
-    With known positions the last walk is the building.
+    With known positions the last walk is the building, and the loops that tie walks to it are ``sure`` (m,).
     """
 
     walk: Integers
@@ -55,7 +55,11 @@ class _Crowd:
     j: Integers
     sigma_m: Array
     walks: int
-    building: bool
+    building: bool = False
+
+    @property
+    def sure(self) -> NDArray[np.bool_]:
+        return (self.walk[self.j] == self.walks - 1) & self.building
 
 
 def place_walks(tracks: Sequence[Track], config: Config) -> Placement:
@@ -73,9 +77,7 @@ def place_walks(tracks: Sequence[Track], config: Config) -> Placement:
     least = learn_least_distance(fingerprints, strengths, settings)
     sigma = learn_uncertainty(fingerprints, strengths, config.uncertainty).sigma
     kept = tie_walks(fingerprints, strengths, settings).kept
-    crowd = _Crowd(
-        fingerprints.walk, fingerprints.poses[:, :2], kept.i, kept.j, sigma(kept.similarity), len(tracks), False
-    )
+    crowd = _Crowd(fingerprints.walk, fingerprints.poses[:, :2], kept.i, kept.j, sigma(kept.similarity), len(tracks))
     if fixed.any():
         crowd = _with_building(crowd, tracks, np.flatnonzero(fixed), config.merging.start_sigma_m)
     places = [_place_part(crowd, walks, strengths, least, settings) for walks in _parts(crowd) if len(walks) > 1]
@@ -133,8 +135,7 @@ def _place_part(
     part, points = _restricted(crowd, walks)
     heard = strengths[points[points < strengths.shape[0]]]
     rigid = RigidWalks.of(part.walk, part.positions_xy, part.walks)
-    loops = SamePlaceBlock(rigid, part.i, part.j, part.sigma_m)
-    held = [loops, *_beliefs(rigid, part.building, config)]
+    held = [*_ties(part, rigid), *_beliefs(rigid, part.building, config)]
     origin, x = _first(part, rigid)
     n, settings = heard.shape[0], OptimizerConfig(max_iterations=config.iterations, tolerance=1e-4)
     for _ in range(config.rounds):
@@ -171,11 +172,18 @@ def _first(part: _Crowd, rigid: RigidWalks) -> tuple[Array, Array]:
 
     The origin is the centre of the building, which then stands at zero, or else of all walks.
     """
-    offsets = first_offsets(part.walk, part.positions_xy, part.i, part.j, part.sigma_m, part.walks)
+    offsets = first_offsets(part.walk, part.positions_xy, part.i, part.j, part.sigma_m, part.walks, part.sure)
     centre = rigid.centre + offsets
     x = np.zeros(rigid.size)
     x[:-1].reshape(-1, 4)[:, :2] = centre - (centre[-1] if part.building else centre.mean(axis=0))
     return (rigid.centre[-1] if part.building else np.zeros(2)), x
+
+
+def _ties(part: _Crowd, rigid: RigidWalks) -> list[Block]:
+    """Loops, of which some are wrong, and known positions, which are not."""
+    known = part.sure
+    ends = [(part.i[mask], part.j[mask], part.sigma_m[mask]) for mask in (~known, known)]
+    return [SamePlaceBlock(rigid, *ends[0]), SamePlaceBlock(rigid, *ends[1], loss="none")]
 
 
 def _beliefs(rigid: RigidWalks, building: bool, config: PlacementConfig) -> list[Block]:
@@ -202,7 +210,7 @@ def centre_sigma(blocks: Sequence[Block], x: Array, rigid: RigidWalks, building:
 
     From the inverse of JᵀWJ of loops and priors. Repulsion is left out: it says where a walk is not.
     """
-    system = NormalEquations(blocks, len(x))
+    system = NormalEquations([block for block in blocks if len(block.variables)], len(x))
     hessian = np.zeros((len(x), len(x)))
     hessian[system.rows, system.columns] = hessian[system.columns, system.rows] = system.assemble(x)[0]
     covariance = np.linalg.inv(hessian)
