@@ -7,6 +7,7 @@ from radioslam.errors import MappingError
 from radioslam.fingerprints import collect_fingerprints
 from radioslam.merging import merge_tracks
 from radioslam.odometry import estimate_odometry
+from radioslam.rigid_walks import Placement
 from radioslam.uncertainty import UncertaintyModel
 from radioslam.walk import Reference
 
@@ -151,9 +152,51 @@ def test_known_starts_without_any_reference_are_an_error():
         merge(tracked_walk(NORTHEAST), starts="known")
 
 
-def test_unknown_starts_are_said_to_be_unavailable():
-    with pytest.raises(MappingError, match="unknown starts are not available yet"):
-        merge(tracked_walk(NORTHEAST), starts="unknown")
+# Starts that were found
+
+
+def placed(walks, part, fixed, place=None, centre=None, **config):
+    zeros = np.zeros((len(walks), 4))
+    placement = Placement(
+        centre=zeros[:, :2] if centre is None else np.asarray(centre, dtype=float),
+        place=zeros if place is None else np.asarray(place, dtype=float),
+        part=np.asarray(part),
+        sigma_m=np.ones(len(walks)),
+        reason=("",) * len(walks),
+        fixed=np.asarray(fixed),
+    )
+    tracks = estimate_odometry(walks, OdometryConfig())
+    fingerprints = collect_fingerprints(tracks, FingerprintConfig(rss_threshold_dbm=-127))
+    return merge_tracks(tracks, fingerprints, fingerprints.rss_dbm, MODEL, MergingConfig(**config), placement)
+
+
+def test_walks_are_laid_where_their_placement_says():
+    place, centre = [[10, 20, np.pi / 2, np.log(2.0)]], [[1, 1]]
+    merged = placed([tracked_walk(NORTHEAST, scans=SCANS)], [0], [False], place, centre, starts="unknown")
+    np.testing.assert_allclose(merged.poses[:, :2], [[10, 20], [6, 24]], atol=1e-12)
+    np.testing.assert_allclose(merged.poses[:, 2], 0.5 + np.pi / 2)
+
+
+def test_found_places_are_held_weakly_at_the_middle_of_each_walk():
+    walks = [tracked_walk(NORTHEAST), tracked_walk(NORTHEAST)]
+    priors = placed(walks, [0, 0], [False] * 2, centre=[[2, 2], [2, 2]], starts="unknown", placed_sigma_m=4.0).priors
+    np.testing.assert_array_equal(priors.node, [2, 7])
+    np.testing.assert_allclose(priors.information[:, 0, 0], 1 / 16)
+
+
+def test_walks_of_one_part_share_a_frame_and_a_walk_alone_is_anchored():
+    merged = placed([tracked_walk(NORTHEAST)] * 3, [0, 0, 5], [False] * 3, starts="unknown")
+    np.testing.assert_array_equal(merged.frame, [0, 0, 5])
+    assert merged.priors.information[2, 0, 0] > 1000 * merged.priors.information[0, 0, 0]
+
+
+def test_known_positions_among_found_ones_are_held_where_they_are():
+    walks = [tracked_walk(NORTHEAST, scans=SCANS, reference=fix(2.0, 7, 8)), tracked_walk(NORTHEAST)]
+    merged = placed(walks, [0, 0], [True, False], starts="mixed", start_sigma_m=0.5)
+    np.testing.assert_array_equal(merged.fingerprint[:3], [0, -1, 1])
+    np.testing.assert_array_equal(merged.priors.node[0], 1)
+    np.testing.assert_allclose(merged.priors.measurement[0, :2], [7, 8])
+    np.testing.assert_allclose(merged.priors.information[0, 0, 0], 4.0)
 
 
 # Estimates

@@ -102,12 +102,6 @@ def test_walks_of_two_floors_are_not_laid_over_each_other():
         map_walks([replace(first, floor="F9"), *others], COMMON)
 
 
-def test_unknown_starts_say_that_they_are_not_available():
-    config = load_config(overrides=["merging.starts=unknown"], environment={})
-    with pytest.raises(MappingError, match="--starts common or known"):
-        map_walks(office_walks(), config)
-
-
 def test_known_starts_need_a_reference():
     walks = [replace(walk, reference=None) for walk in office_walks()]
     with pytest.raises(MappingError, match="--starts common"):

@@ -42,7 +42,7 @@ AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tabl
 def map_command(
     logs: Logs,
     out: Out = Path("result"),
-    starts: Annotated[str | None, typer.Option("--starts", help="common, known or unknown.")] = None,
+    starts: Annotated[str | None, typer.Option("--starts", help="common, known, unknown or mixed.")] = None,
     heading: Annotated[
         str | None, typer.Option("--heading", help="device, or unknown: phones carried at any angle.")
     ] = None,

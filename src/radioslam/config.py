@@ -107,8 +107,9 @@ class UncertaintyConfig(_Group):
 class MergingConfig(_Group):
     """Many tracks -> one frame (section III-E)."""
 
-    starts: Literal["common", "known", "unknown"] = "common"
-    """How the walks' starts are related."""
+    starts: Literal["common", "known", "unknown", "mixed"] = "common"
+    """How the walks' starts are related: ``common``, one place; ``known``, each at its first reference position;
+    ``unknown``, found from the scans; ``mixed``, the first reference position where there is one, else found."""
     heading_variance: float = Field(1000.0, gt=0)
     """Variance of θ (rad²) of the links between common starts, as in the paper."""
     start_sigma_m: float = Field(1.0, gt=0)
@@ -118,8 +119,61 @@ class MergingConfig(_Group):
     bag), which is found from the crowd."""
     heading_sigma_rad: float = Field(0.2, gt=0)
     """Standard deviation of the compass heading of a whole walk."""
+    placed_sigma_m: float = Field(8.0, gt=0)
+    """Of starts that were found: standard deviation of a walk's middle around its first place."""
+    placed_heading_sigma_rad: float = Field(0.15, gt=0)
+    """The same for the heading of the whole walk."""
     walk_scales: bool = False
     """Whether the scale of each walk's odometry is an unknown of the graph."""
+
+
+class PlacementConfig(_Group):
+    """First places of walks whose starts are not known: ``unknown`` and ``mixed``."""
+
+    period_s: float = Field(3.0, gt=0)
+    """Clock of the smoothed fingerprints."""
+    smoothing_s: float = Field(1.5, gt=0)
+    """τ of the Gaussian weights; beyond τ from its nearest reading an access point fades."""
+    smoothing_reach_s: float = Field(6.0, gt=0)
+    """Readings farther away in time do not count."""
+    fade_db_per_s: float = Field(3.0, ge=0)
+    """How fast an access point fades between its readings."""
+    max_age_s: float = Field(30.0, gt=0)
+    """A reading last heard longer before its scan is stale; younger ones count when they were heard."""
+    spacing_m: float = Field(3.0, gt=0)
+    """One smoothed fingerprint per so many metres walked."""
+    rss_threshold_dbm: float = Field(-90.0, ge=-127, lt=0)
+    """Weaker smoothed readings are dropped."""
+    similarity_threshold: float = Field(0.7, gt=0, le=1)
+    """Scans of two walks at least so similar may be one place."""
+    stretch_m: float = Field(5.0, gt=0)
+    """Two walks are tied once per so many metres."""
+    turn_sigma_rad: float = Field(0.21, gt=0)
+    """Standard deviation of the heading of a whole walk: 12 degrees."""
+    common_turn_sigma_rad: float = Field(0.3, gt=0)
+    """Of ``mixed``: the same of all compasses together against the frame of the known positions."""
+    log_scale_sigma: float = Field(0.08, gt=0, lt=1)
+    """Standard deviation of the logarithm of the scale of a whole walk."""
+    mean_log_scale_sigma: float = Field(0.003, gt=0, lt=1)
+    """Gauge: so near to zero is the mean over the walks, since loops would shrink them all."""
+    mean_turn_sigma_rad: float = Field(0.01, gt=0)
+    """Gauge of ``unknown``: the mean turn over the walks."""
+    apart_quantile: float = Field(0.1, gt=0, lt=1)
+    """Quantile of the distance within walks, by similarity, that two walks' scans keep."""
+    apart_limit_m: float = Field(8.0, ge=3)
+    """That distance counts at most so much: beyond, too few pairs of one walk have taught it."""
+    apart_sigma_m: float = Field(5.0, gt=0)
+    """Standard deviation of that distance for a weight of 1."""
+    apart_weight: float = Field(10.0, gt=0)
+    """λ: weight of a pair of scans that have nobody else around."""
+    crowd_radius_m: float = Field(15.0, gt=0)
+    """Scans of other walks within this radius share one say."""
+    rounds: int = Field(3, ge=1)
+    """Rounds of finding what stands too near and solving."""
+    iterations: int = Field(15, ge=1)
+    """Optimizer steps of each round."""
+    max_sigma_m: float = Field(12.0, gt=0)
+    """Walks whose place is known less well are not tied."""
 
 
 class LoopConfig(_Group):
@@ -197,6 +251,7 @@ class Config(_Group):
     fingerprints: FingerprintConfig = FingerprintConfig()
     uncertainty: UncertaintyConfig = UncertaintyConfig()
     merging: MergingConfig = MergingConfig()
+    placement: PlacementConfig = PlacementConfig()
     loops: LoopConfig = LoopConfig()
     directions: DirectionsConfig = DirectionsConfig()
     screening: ScreeningConfig = ScreeningConfig()

@@ -61,6 +61,7 @@ class Evaluation:
         rows: a row per walk that has a reference.  total: all of them.
         truth: (n, 2) true positions, NaN where unknown.
         positions: (n, 2) for ``odometry`` and ``estimate``, laid over the truth.
+        tied: walks of map 0.  walks: all of them. Where starts had to be found, only the former are judged.
     """
 
     alignment: Alignment
@@ -69,6 +70,8 @@ class Evaluation:
     total: Row
     truth: Array
     positions: dict[str, Array]
+    tied: int
+    walks: int
 
     @property
     def errors(self) -> dict[str, Array]:
@@ -86,6 +89,7 @@ class Evaluation:
             "alignment": self.alignment,
             "max_gap_s": self.max_gap_s,
             "without_truth": self.without_truth,
+            "tied": {"walks": self.tied, "of": self.walks},
             "walks": [row.as_dict() for row in self.rows],
             "total": self.total.as_dict(),
         }
@@ -108,13 +112,15 @@ def evaluate(result: SlamResult, alignment: Alignment | None = None, max_gap_s: 
 
     Args:
         result: what ``map_walks`` or ``SlamResult.load`` gave.
-        alignment: ``none``, ``start`` or ``rigid``; default by the result's starts (known, common, unknown).
+        alignment: ``none``, ``start`` or ``rigid``; default by the result's starts (known and mixed, common,
+            unknown).
         max_gap_s: the truth between fixes farther apart counts as unknown.
 
     Raises:
         ResultError: no scan has a known true position.
     """
     truth = reference_at_scans(result.radio_map, result.references, max_gap_s)
+    truth[~result.judged] = np.nan
     known = np.isfinite(truth[:, 0])
     if not known.any():
         raise ResultError(
@@ -129,7 +135,8 @@ def evaluate(result: SlamResult, alignment: Alignment | None = None, max_gap_s: 
     walk = result.radio_map.walk
     walks = [k for k in range(len(result.walks)) if known[walk == k].any()]
     rows = tuple(_row(result.walks[k], positions, truth, known & (walk == k), walk) for k in walks)
-    return Evaluation(how, max_gap_s, rows, _row("all", positions, truth, known, walk), truth, positions)
+    total, tied = _row("all", positions, truth, known, walk), int(np.sum(result.map_of_walk == 0))
+    return Evaluation(how, max_gap_s, rows, total, truth, positions, tied, len(result.walks))
 
 
 def _row(

@@ -37,6 +37,9 @@ def remarks(evaluation: Evaluation) -> list[str]:
         f"{evaluation.max_gap_s:g} s apart; {evaluation.without_truth} scans without truth left out",
         f"mean error of the estimate over that of odometry: {_number(total.ratio, 3)}",
     ]
+    if evaluation.tied < evaluation.walks:
+        share = 100 * evaluation.tied / evaluation.walks
+        lines.append(f"{evaluation.tied} of {evaluation.walks} walks ({share:.0f} %) are tied to map 0")
     for source, segments in total.segments.items():
         texts = [f"{100 * mean:.1f} % over {length:g} m" for length, mean in segments.items()]
         if texts:

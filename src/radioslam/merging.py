@@ -19,6 +19,7 @@ from radioslam.errors import MappingError
 from radioslam.fingerprints import Fingerprints
 from radioslam.odometry import Track
 from radioslam.pose_graph import Edges, Priors, diagonal_information
+from radioslam.rigid_walks import Placement
 from radioslam.similarity import pair_similarity
 from radioslam.uncertainty import UncertaintyModel
 
@@ -40,6 +41,7 @@ class MergedTracks:
         fingerprint: (n,) the node's fingerprint, or -1 for a start between scans.
         frame: (n_walks,) walks of equal number share a frame from the start.
         links: edges between common starts.  priors: known starts, and an anchor for each frame without one.
+        placement: how walks of unknown start got their first places, or None.
     """
 
     tracks: tuple[Track, ...]
@@ -50,6 +52,7 @@ class MergedTracks:
     frame: Integers
     links: Edges
     priors: Priors
+    placement: Placement | None = None
 
     @property
     def node_of_fingerprint(self) -> Integers:
@@ -83,17 +86,20 @@ def merge_tracks(
     strengths: sparse.csr_array,
     uncertainty: UncertaintyModel,
     config: MergingConfig,
+    placement: Placement | None = None,
 ) -> MergedTracks:
     """Place all tracks by ``config.starts``.
 
     ``common``: all walks begin at one place, which becomes (0, 0).  ``known``: each walk begins where its first
     reference position says; a walk without one gets a frame of its own.
 
+    ``unknown`` and ``mixed``: as the ``placement`` says, which they need; ``mixed`` holds the known positions.
+
     Raises:
-        MappingError: ``known`` without any reference, or ``unknown``, which this version cannot do.
+        MappingError: ``known`` or ``mixed`` without any reference.
     """
-    if config.starts == "unknown":
-        raise MappingError("unknown starts are not available yet; expected --starts common or known")
+    if placement is not None:
+        return _merge_placed(tracks, fingerprints, placement, config)
     if config.starts == "common":
         return _merge_common(tracks, fingerprints, strengths, uncertainty, config)
     return _merge_known(tracks, fingerprints, config)
@@ -135,14 +141,8 @@ def _merge_known(tracks: Sequence[Track], fingerprints: Fingerprints, config: Me
     known = np.array([track.walk.reference is not None for track in tracks])
     if not known.any():
         raise MappingError("expected a reference position in at least one walk, found none; use --starts common")
-    starts = [_start(track) for track in tracks]
-    start_s, start_poses, offset = (np.array(column) for column in zip(*starts, strict=True))
-    walk = np.concatenate([fingerprints.walk, np.flatnonzero(known)])
-    time_s = np.concatenate([fingerprints.time_s, start_s[known]])
-    poses = np.concatenate([fingerprints.poses, start_poses[known]])
-    fingerprint = np.concatenate([np.arange(len(fingerprints)), np.full(known.sum(), -1)])
-    order = np.lexsort((-fingerprint, time_s, walk))
-    walk, time_s, poses, fingerprint = walk[order], time_s[order], poses[order], fingerprint[order]
+    offset = np.array([_start(track)[2] for track in tracks])
+    walk, time_s, poses, fingerprint = _with_starts(tracks, fingerprints, known)
     poses[:, :2] += offset[walk]
     started = np.flatnonzero(fingerprint < 0)
     loose = np.searchsorted(walk, np.flatnonzero(~known))
@@ -158,6 +158,55 @@ def _merge_known(tracks: Sequence[Track], fingerprints: Fingerprints, config: Me
         links=Edges.none(),
         priors=Priors.concatenate([held, _anchors(loose, poses)]),
     )
+
+
+def _merge_placed(
+    tracks: Sequence[Track], fingerprints: Fingerprints, placement: Placement, config: MergingConfig
+) -> MergedTracks:
+    """Lay each walk where its placement says, held there weakly at its middle, or firmly at its known position."""
+    walk, time_s, poses, fingerprint = _with_starts(tracks, fingerprints, placement.fixed)
+    poses = placement.poses(walk, poses)
+    started = np.flatnonzero(fingerprint < 0)
+    references = [tracks[k].walk.reference for k in walk[started].tolist()]
+    poses[started, :2] = np.reshape([r.positions_xy[0] for r in references if r is not None], (-1, 2))
+    firm = diagonal_information(config.start_sigma_m, config.start_sigma_m, config.placed_heading_sigma_rad)
+    weak = diagonal_information(config.placed_sigma_m, config.placed_sigma_m, config.placed_heading_sigma_rad)
+    middle = _middles(walk, poses, placement)
+    alone = np.bincount(placement.part, minlength=placement.part.max() + 1)[placement.part] == 1
+    free, lone = middle[~placement.fixed & ~alone], middle[~placement.fixed & alone]
+    held = Priors(started, poses[started], np.repeat(firm, len(started), axis=0))
+    leaning = Priors(free, poses[free], np.repeat(weak, len(free), axis=0))
+    return MergedTracks(
+        tracks=tuple(tracks),
+        walk=walk,
+        time_s=time_s,
+        poses=poses,
+        fingerprint=fingerprint,
+        frame=placement.part,
+        links=Edges.none(),
+        priors=Priors.concatenate([held, leaning, _anchors(lone, poses)]),
+        placement=placement,
+    )
+
+
+def _middles(walk: Integers, poses: Array, placement: Placement) -> Integers:
+    """The node (w,) of each walk nearest to its centre."""
+    away = np.hypot(*(poses[:, :2] - placement.place[walk, :2]).T)
+    order = np.lexsort((away, walk))
+    return order[np.searchsorted(walk[order], np.arange(len(placement.place)))]
+
+
+def _with_starts(
+    tracks: Sequence[Track], fingerprints: Fingerprints, known: NDArray[np.bool_]
+) -> tuple[Integers, Array, Array, Integers]:
+    """Nodes: walk, time, odometry pose and fingerprint (-1 at starts) of all scans and of the ``known`` (w,) starts."""
+    starts = [_start(tracks[k]) for k in np.flatnonzero(known).tolist()]
+    walk = np.concatenate([fingerprints.walk, np.flatnonzero(known)])
+    time_s = np.concatenate([fingerprints.time_s, [time_s for time_s, _, _ in starts]])
+    poses = np.concatenate([fingerprints.poses, np.reshape([pose for _, pose, _ in starts], (-1, 3))])
+    fingerprint = np.concatenate([np.arange(len(fingerprints)), np.full(len(starts), -1)])
+    order = np.lexsort((-fingerprint, time_s, walk))
+    return walk[order], time_s[order], poses[order], fingerprint[order]
 
 
 def _start(track: Track) -> tuple[float, Array, Array]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from radioslam.results import SlamResult
+from radioslam.tables import untied_walks
 
 ERROR_COLUMNS = {"mean": "mean", "median": "median", "p95": "95 %", "max": "max"}
 
@@ -72,7 +73,7 @@ def _verdict(error: Mapping[str, Any] | None) -> str:
 def _warnings(summary: Mapping[str, Any]) -> Iterable[str]:
     if not summary.get("solver", {}).get("converged", True):
         yield "The optimization did not converge: take these paths with care, or allow more iterations."
-    if untied := summary.get("untied"):
+    if untied := untied_walks(summary):
         yield f"Not tied to the largest map, each part in a frame of its own: {escape(', '.join(untied))}."
     for log in summary.get("skipped", []):
         yield f"Skipped: {escape(str(log.get('path')))}: {escape(str(log.get('reason')))}"
@@ -148,6 +149,7 @@ def _figure(figure: Any, caption: str) -> str:
 def _walks(result: SlamResult, summary: Mapping[str, Any]) -> str:
     walks, total = summary.get("walks", []), summary.get("total", {})
     hidden = set() if len(summary.get("maps", [])) > 1 else {"map"}
+    hidden |= set() if any(row.get("placed_sigma_m") is not None for row in walks) else {"placed to"}
     hidden |= set() if any(row.get("error") for row in walks) else ERROR_COLUMNS.keys()
 
     def line(name: str, row: Mapping[str, Any]) -> str:
@@ -185,6 +187,7 @@ def _walk_cells(row: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("scans", number(row.get("scans"))),
         ("loops", number(row.get("loops"))),
         ("mean σ", metres(row.get("sigma_m"))),
+        ("placed to", metres(row.get("placed_sigma_m"))),
         *((key, metres(error.get(of, {}).get(key))) for of in ("estimate", "odometry") for key in ERROR_COLUMNS),
     ]
 

@@ -234,7 +234,19 @@ def _read_parts(folder: Path) -> SlamResult:
         devices=tuple(summary["devices"]),
         seconds=summary["seconds"],
         skipped=tuple((s["path"], s["reason"]) for s in summary["skipped"]),
+        **_read_places(summary["walks"]),
     )
+
+
+def _read_places(rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Confidence and reasons of the walks where their starts were found, else nothing."""
+    sigmas, reasons = ([row[name] for row in rows] for name in ("placed_sigma_m", "reason"))
+    if not any(value is not None for value in (*sigmas, *reasons)):
+        return {}
+    return {
+        "placed_sigma_m": tuple(float("nan") if sigma_m is None else sigma_m for sigma_m in sigmas),
+        "untied_reason": tuple(reason or "" for reason in reasons),
+    }
 
 
 def _check_count(path: Path, what: str, expected: int, found: int) -> None:

@@ -25,8 +25,15 @@ from radioslam.walk import Reference
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-ALIGNMENT_OF_STARTS: dict[str, Alignment] = {"known": "none", "common": "start", "unknown": "rigid"}
+ALIGNMENT_OF_STARTS: dict[str, Alignment] = {
+    "known": "none",
+    "mixed": "none",
+    "common": "start",
+    "unknown": "rigid",
+}
 """How each protocol compares a map with the truth."""
+FOUND_STARTS = ("unknown", "mixed")
+"""Protocols in which some walks are placed by their scans, or not at all."""
 MAX_GAP_S = 60.0
 """Between fixes farther apart the truth counts as unknown."""
 
@@ -63,6 +70,9 @@ class SlamResult:
         graph: the last pose graph.  solver: how its optimization went.
         devices: (w,) the phones.  seconds: wall clock per step.
         skipped: (path, reason) of logs that could not be used.
+        placed_sigma_m: (w,) standard deviation with which a walk's first place was found; NaN where it was given, or
+            where nothing tells. Empty like ``untied_reason`` where no start had to be found.
+        untied_reason: (w,) why a walk is not in the main map; empty texts for those that are.
     """
 
     config: Config
@@ -77,6 +87,8 @@ class SlamResult:
     devices: tuple[str, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
     skipped: tuple[tuple[str, str], ...] = ()
+    placed_sigma_m: tuple[float, ...] = ()
+    untied_reason: tuple[str, ...] = ()
 
     @property
     def walks(self) -> tuple[str, ...]:
@@ -93,6 +105,15 @@ class SlamResult:
         """(w,) the map that each walk belongs to; 0 is the largest."""
         first = np.searchsorted(self.radio_map.walk, np.arange(len(self.walks)))
         return self.radio_map.map[first]
+
+    @property
+    def judged(self) -> NDArray[np.bool_]:
+        """(n,) scans whose errors count: where starts were found, those of map 0, which has one frame; else all.
+
+        A walk that could not be tied would be laid over the truth all by itself and look good.
+        """
+        found = self.config.merging.starts in FOUND_STARTS
+        return self.radio_map.map == 0 if found else np.ones(len(self.radio_map), bool)
 
     def aligned(self, positions_xy: Array, how: Alignment, reference_xy: Array | None = None) -> Array:
         """Positions (n, 2) in the frame of the reference (n, 2), each map aligned for itself."""
@@ -150,12 +171,10 @@ def reference_at_scans(
 def summarize(result: SlamResult) -> dict[str, Any]:
     """The summary as plain dicts, lists and numbers."""
     how = ALIGNMENT_OF_STARTS[result.config.merging.starts]
+    truth = np.where(result.judged[:, None], result.reference_xy, np.nan)
     estimate = result.aligned(result.radio_map.poses[:, :2], how)
     odometry = result.aligned(result.odometry_poses[:, :2], how)
-    errors = {
-        "estimate": position_errors(estimate, result.reference_xy),
-        "odometry": position_errors(odometry, result.reference_xy),
-    }
+    errors = {"estimate": position_errors(estimate, truth), "odometry": position_errors(odometry, truth)}
     kept = result.loops.kept
     walk, maps = result.radio_map.walk, result.map_of_walk
     everywhere = np.ones(len(walk), bool)
@@ -163,9 +182,10 @@ def summarize(result: SlamResult) -> dict[str, Any]:
     rows = []
     for k, name in enumerate(result.walks):
         loops = int(np.sum((walk[kept.i] == k) | (walk[kept.j] == k)))
-        rows.append({"name": name, **_row(result, walk == k, errors), "loops": loops, "map": int(maps[k])})
+        row = {"name": name, **_row(result, walk == k, errors), "loops": loops, "map": int(maps[k])}
+        rows.append({**row, **_place(result, k)})
     total = {"name": "all", **_row(result, everywhere, errors), "loops": len(kept), "map": None}
-    total["size_ratio"] = _number(size_ratio(estimate, result.reference_xy))
+    total["size_ratio"] = _number(size_ratio(estimate, truth))
     return {
         "versions": _versions(),
         "alignment": how,
@@ -205,6 +225,13 @@ def _row(result: SlamResult, mask: NDArray[np.bool_], errors: dict[str, Array]) 
         "sigma_m": _number(float(result.radio_map.sigma_m[mask].mean())),
         "error": {name: ErrorStatistics.of(e).as_dict() for name, e in known.items()} if has_reference else None,
     }
+
+
+def _place(result: SlamResult, k: int) -> dict[str, Any]:
+    """How well a walk's first place was found and why it is not in the main map; None where nothing is to be said."""
+    sigma_m = result.placed_sigma_m[k] if result.placed_sigma_m else float("nan")
+    reason = result.untied_reason[k] if result.untied_reason else ""
+    return {"placed_sigma_m": _number(sigma_m), "reason": reason or None}
 
 
 def _number(value: float) -> float | None:

@@ -24,9 +24,10 @@ from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
 from radioslam.odometry import estimate_odometry
 from radioslam.optimizer import Solution, minimize
+from radioslam.placement import place_walks
 from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
 from radioslam.radio_map import RadioMap
-from radioslam.results import SlamResult, SolverStatus
+from radioslam.results import FOUND_STARTS, SlamResult, SolverStatus
 from radioslam.similarity import similar_pairs
 from radioslam.turns import turn_walks
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
@@ -59,8 +60,12 @@ def map_walks(
         strengths = represent(fingerprints.rss_dbm, config.fingerprints)
     with clock("uncertainty model"):
         uncertainty = learn_uncertainty(fingerprints, strengths, config.uncertainty)
+    placement = None
+    if config.merging.starts in FOUND_STARTS:
+        with clock("placement"):
+            placement = place_walks(tracks, config)
     with clock("merging"):
-        merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging)
+        merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging, placement)
     with clock("similarity"):
         similar = similar_pairs(strengths, config.loops.similarity_threshold)
     if config.merging.heading == "unknown":
@@ -93,6 +98,8 @@ def map_walks(
         solver=_status(graph, solution),
         devices=tuple(track.walk.device for track in tracks),
         seconds=clock.seconds,
+        placed_sigma_m=() if placement is None else tuple(placement.sigma_m.tolist()),
+        untied_reason=() if placement is None else placement.reason,
     )
 
 
@@ -196,13 +203,18 @@ def _in_order(walks: Sequence[Walk]) -> list[Walk]:
 
 
 def _number_maps(graph: PoseGraph, merged: MergedTracks) -> Integers:
-    """(n_walks,) parts of the crowd that are tied by loops, links or known starts, the largest first."""
+    """(n_walks,) parts of the crowd that are tied by loops, links or known starts, the largest first.
+
+    The main part of a placement comes before all others.
+    """
     component = graph.components()
     first = np.searchsorted(merged.walk, np.arange(len(merged.tracks)))
     of_walk = np.unique(component[first], return_inverse=True)[1]
     # Walks of one frame stand at known places of one building even where no loop ties them.
     of_walk = np.array([of_walk[np.flatnonzero(merged.frame == frame)[0]] for frame in merged.frame])
     sizes = np.bincount(of_walk)
+    if merged.placement is not None:
+        sizes[of_walk[merged.frame == 0]] += len(of_walk)
     rank = np.empty(len(sizes), np.int64)
     rank[np.argsort(-sizes, kind="stable")] = np.arange(len(sizes))
     return np.unique(rank[of_walk], return_inverse=True)[1].astype(np.int64)

@@ -20,20 +20,24 @@ def summary_table(summary: Mapping[str, Any]) -> RenderableType:
     has_errors = summary["total"]["error"] is not None
     table = Table(title="Walks", title_justify="left", header_style="bold")
     table.add_column("walk", overflow="fold")
-    columns = ["length m", "scans", "loops", "σ m", "map"]
+    placed = any(row.get("placed_sigma_m") is not None for row in summary["walks"])
+    columns = ["length m", "scans", "loops", "σ m", "map"] + (["placed σ m"] if placed else [])
     for name in columns + (["odometry m", "estimate m", "p95 m"] if has_errors else []):
         table.add_column(name, justify="right")
     for row in summary["walks"]:
-        table.add_row(*_cells(row, has_errors))
+        table.add_row(*_cells(row, has_errors, placed))
     table.add_section()
-    table.add_row(*_cells(summary["total"], has_errors), style="bold")
+    table.add_row(*_cells(summary["total"], has_errors, placed), style="bold")
     return Group(table, *(Text(line) for line in _remarks(summary)))
 
 
-def _cells(row: Mapping[str, Any], has_errors: bool) -> list[str]:
+def _cells(row: Mapping[str, Any], has_errors: bool, placed: bool) -> list[str]:
     number = "" if row["map"] is None else str(row["map"])
     cells = [escape(row["name"]), f"{row['length_m']:.0f}", str(row["scans"]), str(row["loops"])]
     cells += ["–" if row["sigma_m"] is None else f"{row['sigma_m']:.2f}", number]
+    if placed:
+        sigma_m = row.get("placed_sigma_m")
+        cells.append("" if sigma_m is None else f"{sigma_m:.1f}")
     if has_errors and row["error"]:
         odometry, estimate = row["error"]["odometry"], row["error"]["estimate"]
         cells += [f"{odometry['mean']:.2f}", f"{estimate['mean']:.2f}", f"{estimate['p95']:.2f}"]
@@ -51,10 +55,18 @@ def _remarks(summary: Mapping[str, Any]) -> list[str]:
     if summary.get("peak_memory_mb"):
         lines.append(f"peak memory {summary['peak_memory_mb']:.0f} MB")
     if summary["untied"]:
-        names = ", ".join(summary["untied"])
-        lines.append(f"not tied to the largest map, each part in a frame of its own: {names}")
+        lines.append(
+            f"not tied to the largest map, each part in a frame of its own: {', '.join(untied_walks(summary))}"
+        )
     lines += [f"skipped {skip['path']}: {skip['reason']}" for skip in summary["skipped"]]
     return lines
+
+
+def untied_walks(summary: Mapping[str, Any]) -> list[str]:
+    """Names of the walks that are not in the largest map, each with the reason where one is known."""
+    reasons = {row["name"]: row.get("reason") for row in summary.get("walks", [])}
+    names = summary.get("untied") or []
+    return [f"{name} ({reasons[name]})" if reasons.get(name) else name for name in names]
 
 
 def walk_facts(walk: Walk) -> dict[str, Any]:

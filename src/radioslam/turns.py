@@ -3,8 +3,8 @@
 A phone in a pocket measures turns as well as one in the hand, but its own forward axis points anywhere. The angle to
 the way of walking, one per walk, is found from the crowd: turned about its known start, each walk must come to lie
 where its scans hear what the others' scans hear. With K angles per walk and the loops' robust cost for each pair of
-angles of two walks, that is a discrete labelling, solved by min-sum belief propagation as in Crandall et al. 2011; the graph then
-takes the rest of the angle as it takes a compass that errs.
+angles of two walks, that is a discrete labelling, solved by min-sum belief propagation as in Crandall et al. 2011; the
+graph then takes the rest of the angle as it takes a compass that errs.
 """
 
 from __future__ import annotations
