@@ -64,7 +64,7 @@ def test_the_weight_is_that_of_the_configuration_for_two_scans_alone():
 @pytest.fixture
 def rigid():
     walk = np.array([0, 0, 1, 1])
-    return RigidWalks.of(walk, np.array([[0, 0], [4, 1], [0, 2], [5, 5]], dtype=float), 2)
+    return RigidWalks.of(walk, np.array([[0, 0], [4, 1], [0, 2], [5, 5]], dtype=float), np.eye(4, 2), 2)
 
 
 def apart(rigid, least=6.0):

@@ -11,7 +11,7 @@ WALK = np.array([0, 0, 0, 1, 1, 2, 2])
 
 @pytest.fixture
 def rigid():
-    return RigidWalks.of(WALK, np.random.default_rng(1).normal(0, 10, (7, 2)), 3)
+    return RigidWalks.of(WALK, *np.random.default_rng(1).normal(0, 10, (2, 7, 2)), 3)
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def test_points_are_seen_from_the_mean_of_their_walk(rigid):
 
 def test_walks_at_their_centres_without_turn_or_scale_are_where_they_were(rigid):
     x = np.zeros(rigid.size)
-    x[:-1].reshape(-1, 4)[:, :2] = rigid.centre
+    rigid.places(x)[:, :2] = rigid.centre
     np.testing.assert_allclose(rigid.positions(x), rigid.points + rigid.centre[WALK])
 
 
@@ -77,7 +77,7 @@ def test_turns_count_from_what_turns_all_compasses(rigid):
 
 
 def test_a_placement_lays_poses_as_the_crowd_lays_points(rigid, x):
-    place = x[:-1].reshape(-1, 4)
+    place = rigid.places(x)
     placement = Placement(rigid.centre, place, np.zeros(3, np.int64), np.ones(3), ("",) * 3, np.zeros(3, bool))
     poses = placement.poses(WALK, np.column_stack([rigid.points + rigid.centre[WALK], np.full(7, 0.3)]))
     np.testing.assert_allclose(poses[:, :2], rigid.positions(x))

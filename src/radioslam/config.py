@@ -156,6 +156,8 @@ class PlacementConfig(_Group):
     """Standard deviation of the logarithm of the scale of a whole walk."""
     mean_log_scale_sigma: float = Field(0.003, gt=0, lt=1)
     """Gauge: so near to zero is the mean over the walks, since loops would shrink them all."""
+    lag_sigma_s: float = Field(3.0, gt=0)
+    """Standard deviation of the radio's lag, by which readings are older than what the phone says."""
     mean_turn_sigma_rad: float = Field(0.01, gt=0)
     """Gauge of ``unknown``: the mean turn over the walks."""
     apart_quantile: float = Field(0.1, gt=0, lt=1)
@@ -164,15 +166,17 @@ class PlacementConfig(_Group):
     """That distance counts at most so much: beyond, too few pairs of one walk have taught it."""
     apart_sigma_m: float = Field(5.0, gt=0)
     """Standard deviation of that distance for a weight of 1."""
-    apart_weight: float = Field(10.0, gt=0)
+    apart_weight: float = Field(2.0, gt=0)
     """λ: weight of a pair of scans that have nobody else around."""
     crowd_radius_m: float = Field(15.0, gt=0)
     """Scans of other walks within this radius share one say."""
+    passes: int = Field(2, ge=1)
+    """How often all is done: each pass smooths the fingerprints anew by the lag that the one before has found."""
     rounds: int = Field(3, ge=1)
     """Rounds of finding what stands too near and solving."""
     iterations: int = Field(15, ge=1)
     """Optimizer steps of each round."""
-    max_sigma_m: float = Field(12.0, gt=0)
+    max_sigma_m: float = Field(20.0, gt=0)
     """Walks whose place is known less well are not tied."""
 
 

@@ -26,7 +26,6 @@ from radioslam.uncertainty import UncertaintyModel
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-VELOCITY_S = 1.5
 ANCHOR_SIGMA = 0.01
 """Metres and radians; holds the first pose of a frame that nothing else ties to the building."""
 
@@ -60,14 +59,12 @@ class MergedTracks:
         return np.flatnonzero(self.fingerprint >= 0)
 
     def velocities(self) -> Array:
-        """(n, 2) m/s of each node in the frame of the map: its odometry's, over ``VELOCITY_S`` to either side."""
+        """(n, 2) m/s of each node in the frame of the map: its odometry's, turned as the estimate is."""
         velocity = np.empty((len(self.poses), 2))
         for k, track in enumerate(self.tracks):
             here = self.walk == k
             time_s = self.time_s[here]
-            before, now, after = (track.at(time_s + shift) for shift in (-VELOCITY_S, 0.0, VELOCITY_S))
-            moved = (after[:, :2] - before[:, :2]) / (2 * VELOCITY_S)
-            velocity[here] = planar.rotate(self.poses[here, 2] - now[:, 2], moved)
+            velocity[here] = planar.rotate(self.poses[here, 2] - track.at(time_s)[:, 2], track.velocity(time_s))
         return velocity
 
     def at(self, x: Array) -> MergedTracks:

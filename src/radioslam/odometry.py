@@ -21,6 +21,9 @@ from radioslam.walk import Inertial, Signal, Walk
 Array = NDArray[np.float64]
 
 
+VELOCITY_S = 1.5
+
+
 @dataclass(frozen=True)
 class Track:
     """A walk's planar path in its own frame: x east, y north by its own compass, starting at (0, 0).
@@ -45,6 +48,11 @@ class Track:
     def at(self, time_s: Array) -> Array:
         """Poses (m, 3) at the given times (m,)."""
         return planar.interpolate(self.time_s, self.poses, time_s)
+
+    def velocity(self, time_s: Array) -> Array:
+        """m/s (m, 2) in the track's own frame at the given times (m,), over ``VELOCITY_S`` to either side."""
+        before, after = self.at(time_s - VELOCITY_S), self.at(time_s + VELOCITY_S)
+        return (after[:, :2] - before[:, :2]) / (2 * VELOCITY_S)
 
     def distance_at(self, time_s: Array) -> Array:
         """Metres walked until the given times (m,)."""

@@ -44,13 +44,14 @@ FIRM = 1e-4
 
 @dataclass(frozen=True)
 class _Crowd:
-    """Points of walks, (n,) and (n, 2), of which the first are fingerprints; loops i, j, σ (m,) between them.
+    """Points of walks, (n,), (n, 2) and m/s (n, 2), the fingerprints first; loops i, j, σ (m,) between them.
 
     With known positions the last walk is the building, and the loops that tie walks to it are ``sure`` (m,).
     """
 
     walk: Integers
     positions_xy: Array
+    velocity: Array
     i: Integers
     j: Integers
     sigma_m: Array
@@ -72,16 +73,27 @@ def place_walks(tracks: Sequence[Track], config: Config) -> Placement:
     fixed = np.array([config.merging.starts == "mixed" and track.walk.reference is not None for track in tracks])
     if config.merging.starts == "mixed" and not fixed.any():
         raise MappingError("expected a reference position in at least one walk, found none; use --starts unknown")
-    fingerprints = smooth_fingerprints(tracks, settings)
+    lag_s, parts = 0.0, list[_Part]()
+    for _ in range(settings.passes):
+        parts = _place_parts(tracks, fixed, lag_s, config)
+        lag_s += parts[0].lag_s if parts else 0.0
+    return _collect(parts, fixed, settings)
+
+
+def _place_parts(tracks: Sequence[Track], fixed: NDArray[np.bool_], lag_s: float, config: Config) -> list[_Part]:
+    """All parts that loops tie, by fingerprints whose readings were heard ``lag_s`` before the phone says."""
+    settings = config.placement
+    fingerprints = smooth_fingerprints(tracks, settings, lag_s)
     strengths = represent(fingerprints.rss_dbm, FingerprintConfig(representation="exponential"))
     least = learn_least_distance(fingerprints, strengths, settings)
     sigma = learn_uncertainty(fingerprints, strengths, config.uncertainty).sigma
     kept = tie_walks(fingerprints, strengths, settings).kept
-    crowd = _Crowd(fingerprints.walk, fingerprints.poses[:, :2], kept.i, kept.j, sigma(kept.similarity), len(tracks))
+    velocity = np.concatenate([t.velocity(fingerprints.time_s[fingerprints.walk == k]) for k, t in enumerate(tracks)])
+    points = fingerprints.walk, fingerprints.poses[:, :2], velocity
+    crowd = _Crowd(*points, kept.i, kept.j, sigma(kept.similarity), len(tracks))
     if fixed.any():
         crowd = _with_building(crowd, tracks, np.flatnonzero(fixed), config.merging.start_sigma_m)
-    places = [_place_part(crowd, walks, strengths, least, settings) for walks in _parts(crowd) if len(walks) > 1]
-    return _collect(places, fixed, settings)
+    return [_place_part(crowd, walks, strengths, least, settings) for walks in _parts(crowd) if len(walks) > 1]
 
 
 def tie_walks(fingerprints: Fingerprints, strengths: sparse.csr_array, config: PlacementConfig) -> Loops:
@@ -102,6 +114,7 @@ def _with_building(crowd: _Crowd, tracks: Sequence[Track], fixed: Integers, sigm
     return _Crowd(
         walk=np.concatenate([crowd.walk, fixed, np.full(m, crowd.walks)]),
         positions_xy=np.concatenate([crowd.positions_xy, inside, known]),
+        velocity=np.concatenate([crowd.velocity, np.zeros((2 * m, 2))]),
         i=np.concatenate([crowd.i, n + np.arange(m)]),
         j=np.concatenate([crowd.j, n + m + np.arange(m)]),
         sigma_m=np.concatenate([crowd.sigma_m, np.full(m, sigma_m)]),
@@ -121,12 +134,13 @@ def _parts(crowd: _Crowd) -> list[Integers]:
 
 @dataclass(frozen=True)
 class _Part:
-    """Places (w, 4) of walks (w,) about their centres (w, 2), and how well they are known (w,)."""
+    """Places (w, 4) of walks (w,) about their centres (w, 2), how well they are known (w,), and the radio's lag."""
 
     walks: Integers
     centre: Array
     place: Array
     sigma_m: Array
+    lag_s: float
 
 
 def _place_part(
@@ -135,15 +149,15 @@ def _place_part(
     """Solve one part: offsets, then rounds of the rigid crowd, each with the pairs that stand too near by then."""
     part, points = _restricted(crowd, walks)
     heard = strengths[points[points < strengths.shape[0]]]
-    rigid = RigidWalks.of(part.walk, part.positions_xy, part.walks)
+    rigid = RigidWalks.of(part.walk, part.positions_xy, part.velocity, part.walks)
     held = [*_ties(part, rigid), *_beliefs(rigid, part.building, config)]
     origin, x = _first(part, rigid)
     n, settings = heard.shape[0], OptimizerConfig(max_iterations=config.iterations, tolerance=1e-4)
     for _ in range(config.rounds):
         pairs = find_dissimilar(part.walk[:n], rigid.positions(x)[:n], heard, least, config)
         x = minimize([*held, ApartBlock(rigid, pairs)], x, settings).x
-    place = x[:-1].reshape(-1, 4) + np.append(origin, [0.0, 0.0])
-    return _Part(walks, rigid.centre, place, centre_sigma(held, x, rigid, part.building))
+    place = rigid.places(x) + np.append(origin, [0.0, 0.0])
+    return _Part(walks, rigid.centre, place, centre_sigma(held, x, rigid, part.building), float(x[rigid.lag]))
 
 
 def _restricted(crowd: _Crowd, walks: Integers) -> tuple[_Crowd, Integers]:
@@ -159,6 +173,7 @@ def _restricted(crowd: _Crowd, walks: Integers) -> tuple[_Crowd, Integers]:
         crowd,
         walk=number[crowd.walk[points]],
         positions_xy=crowd.positions_xy[points],
+        velocity=crowd.velocity[points],
         i=place[crowd.i[inside]],
         j=place[crowd.j[inside]],
         sigma_m=crowd.sigma_m[inside],
@@ -176,7 +191,7 @@ def _first(part: _Crowd, rigid: RigidWalks) -> tuple[Array, Array]:
     offsets = first_offsets(part.walk, part.positions_xy, part.i, part.j, part.sigma_m, part.walks, part.sure)
     centre = rigid.centre + offsets
     x = np.zeros(rigid.size)
-    x[:-1].reshape(-1, 4)[:, :2] = centre - (centre[-1] if part.building else centre.mean(axis=0))
+    rigid.places(x)[:, :2] = centre - (centre[-1] if part.building else centre.mean(axis=0))
     return (rigid.centre[-1] if part.building else np.zeros(2)), x
 
 
@@ -190,8 +205,8 @@ def _ties(part: _Crowd, rigid: RigidWalks) -> list[Block]:
 def _beliefs(rigid: RigidWalks, building: bool, config: PlacementConfig) -> list[Block]:
     """What is known without loops: priors of turns and scales, gauges, and that the building stands still."""
     turns, scales = rigid.unknowns(2), rigid.unknowns(3)
-    common = np.array([rigid.common_turn])
-    shared: list[Block] = [MeanBlock(scales, config.mean_log_scale_sigma)]
+    common, lag = np.array([rigid.common_turn]), ZeroBlock(np.array([rigid.lag]), config.lag_sigma_s)
+    shared: list[Block] = [MeanBlock(scales, config.mean_log_scale_sigma), lag]
     if building:
         still = np.array([rigid.unknowns(k)[-1] for k in range(4)])
         shared += [ZeroBlock(common, config.common_turn_sigma_rad), ZeroBlock(still, FIRM)]

@@ -116,9 +116,9 @@ class ApartBlock:
         return self._gap(x)[1]
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
-        """Whitened residuals (m, 1) and Jacobians (m, 1, 8), zero where the pair is far enough apart."""
+        """Whitened residuals (m, 1) and Jacobians (m, 1, 10), zero where the pair is far enough apart."""
         direction, residuals = self._gap(x)
-        jacobian = np.zeros((len(residuals), 1, 8))
+        jacobian = np.zeros((len(residuals), 1, 10))
         near = np.flatnonzero(residuals[:, 0] > 0)
         towards = -(direction / self.pairs.sigma_m[:, None])[near]
         ends = [-self.walks.jacobians(x, self.pairs.i[near]), self.walks.jacobians(x, self.pairs.j[near])]

@@ -1,9 +1,10 @@
 """A crowd of rigid walks: each keeps the shape that odometry gave it, but may be shifted, turned and scaled.
 
-The unknowns are x = (x_0, y_0, θ_0, s_0, x_1, …, φ): where each walk's centre stands, its turn, the logarithm of its
-scale, and a turn φ common to all compasses. The point q of a walk, seen from its centre, lies at
+The unknowns are x = (x_0, y_0, θ_0, s_0, x_1, …, φ, τ): where each walk's centre stands, its turn, the logarithm of its
+scale, a turn φ common to all compasses, and by how much the radio lags. What a scan at the point q of a walk holds, seen
+from the walk's centre, was heard where the walker, of velocity v, had been τ before:
 
-    p = (x, y) + exp(s) R(θ) q,      ∂p/∂θ = R(π/2) (p - (x, y)),      ∂p/∂s = p - (x, y)
+    p = (x, y) + a,    a = exp(s) R(θ) (q - τ v),    ∂p/∂θ = R(π/2) a,    ∂p/∂s = a,    ∂p/∂τ = -exp(s) R(θ) v
 """
 
 from __future__ import annotations
@@ -25,55 +26,70 @@ class RigidWalks:
     """Points of walks about their centres.
 
     Attributes:
-        walk: (n,) walk of each point.  points: (n, 2) from the walk's centre, metres.  centre: (w, 2) in its own frame.
+        walk: (n,) walk of each point.  points: (n, 2) from the walk's centre, metres.  velocity: (n, 2) in m/s, zero
+            for points that no radio tells.  centre: (w, 2) in the walk's own frame.
     """
 
     walk: Integers
     points: Array
+    velocity: Array
     centre: Array
 
     @staticmethod
-    def of(walk: Integers, positions_xy: Array, walks: int) -> RigidWalks:
+    def of(walk: Integers, positions_xy: Array, velocity: Array, walks: int) -> RigidWalks:
         """Walks through positions (n, 2) in frames of their own; the centre is their mean."""
         count = np.maximum(np.bincount(walk, minlength=walks), 1)
         centre = np.column_stack([np.bincount(walk, column, walks) / count for column in positions_xy.T])
-        return RigidWalks(walk, positions_xy - centre[walk], centre)
+        return RigidWalks(walk, positions_xy - centre[walk], velocity, centre)
 
     @property
     def size(self) -> int:
         """Number of unknowns."""
-        return 4 * len(self.centre) + 1
+        return 4 * len(self.centre) + 2
 
     @property
     def common_turn(self) -> int:
         """Place of φ in x."""
         return 4 * len(self.centre)
 
+    @property
+    def lag(self) -> int:
+        """Place of τ in x."""
+        return 4 * len(self.centre) + 1
+
+    def places(self, x: Array) -> Array:
+        """The walks' own unknowns (w, 4), a view into x."""
+        return x[: 4 * len(self.centre)].reshape(-1, 4)
+
     def unknowns(self, k: int) -> Integers:
         """Places (w,) in x of the k-th unknown of every walk: 0 x, 1 y, 2 turn, 3 log scale."""
         return 4 * np.arange(len(self.centre)) + k
 
     def variables(self, i: Integers) -> Integers:
-        """Places (m, 4) in x of the unknowns that points i (m,) depend on."""
-        return 4 * self.walk[i][:, None] + np.arange(4)
+        """Places (m, 5) in x of the unknowns that points i (m,) depend on."""
+        return np.column_stack([4 * self.walk[i][:, None] + np.arange(4), np.full(len(i), self.lag)])
 
     def positions(self, x: Array) -> Array:
         """Points (n, 2) in the frame of the crowd."""
-        return self.spread(x) + x[:-1].reshape(-1, 4)[self.walk, :2]
+        return self.arms(x) + self.places(x)[self.walk, :2]
 
-    def spread(self, x: Array) -> Array:
-        """Points (n, 2), turned and scaled, from their walk's centre."""
-        z = x[:-1].reshape(-1, 4)[self.walk]
-        return np.exp(z[:, 3:]) * planar.rotate(z[:, 2], self.points)
+    def arms(self, x: Array) -> Array:
+        """Points (n, 2), turned, scaled and set back by the lag, from their walk's centre."""
+        return self._laid(x, self.points - x[self.lag] * self.velocity)
 
     def jacobians(self, x: Array, i: Integers) -> Array:
-        """∂p/∂(x, y, θ, s), (m, 2, 4), of points i (m,)."""
-        arm = self.spread(x)[i]
-        jacobian = np.zeros((len(i), 2, 4))
+        """∂p/∂(x, y, θ, s, τ), (m, 2, 5), of points i (m,)."""
+        arm = self.arms(x)[i]
+        jacobian = np.zeros((len(i), 2, 5))
         jacobian[:, 0, 0] = jacobian[:, 1, 1] = 1.0
         jacobian[:, 0, 2], jacobian[:, 1, 2] = -arm[:, 1], arm[:, 0]
         jacobian[:, :, 3] = arm
+        jacobian[:, :, 4] = -self._laid(x, self.velocity)[i]
         return jacobian
+
+    def _laid(self, x: Array, vectors: Array) -> Array:
+        place = self.places(x)[self.walk]
+        return np.exp(place[:, 3:]) * planar.rotate(place[:, 2], vectors)
 
 
 @dataclass(frozen=True)
@@ -120,7 +136,7 @@ class SamePlaceBlock:
         return (positions[self.j] - positions[self.i]) / self.sigma_m[:, None]
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
-        """Whitened residuals (m, 2) and Jacobians (m, 2, 8)."""
+        """Whitened residuals (m, 2) and Jacobians (m, 2, 10)."""
         ends = [-self.walks.jacobians(x, self.i), self.walks.jacobians(x, self.j)]
         return self.residuals(x), np.concatenate(ends, axis=2) / self.sigma_m[:, None, None]
 

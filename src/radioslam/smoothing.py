@@ -24,8 +24,11 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
-def smooth_fingerprints(tracks: Sequence[Track], config: PlacementConfig) -> Fingerprints:
-    """Smoothed fingerprints on a regular clock, one per ``spacing_m`` walked, of all tracks."""
+def smooth_fingerprints(tracks: Sequence[Track], config: PlacementConfig, lag_s: float = 0.0) -> Fingerprints:
+    """Smoothed fingerprints on a regular clock, one per ``spacing_m`` walked, of all tracks.
+
+    Readings count ``lag_s`` before the time at which the phone says that it heard them.
+    """
     transmitters = tuple(sorted({name for track in tracks for name in track.walk.wifi.transmitters}))
     column = {name: k for k, name in enumerate(transmitters)}
     clocks, blocks = [], []
@@ -33,7 +36,7 @@ def smooth_fingerprints(tracks: Sequence[Track], config: PlacementConfig) -> Fin
         time_s = _clock(track, config)
         time_s = time_s[_one_per_cell(track.distance_at(time_s), config.spacing_m)]
         clocks.append(time_s)
-        blocks.append(_smoothed(track, time_s, column, config))
+        blocks.append(_smoothed(track, time_s + lag_s, column, config))
     counts = [len(clock) for clock in clocks]
     return Fingerprints(
         walk=np.repeat(np.arange(len(tracks)), counts),
