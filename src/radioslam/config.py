@@ -156,7 +156,7 @@ class PlacementConfig(_Group):
     """That distance counts at most so much: beyond, too few pairs of one walk have taught it."""
     apart_sigma_m: float = Field(5.0, gt=0)
     """Standard deviation of that distance for a weight of 1."""
-    apart_weight: float = Field(10.0, gt=0)
+    apart_weight: float = Field(12.0, gt=0)
     """λ: weight of a pair of scans that have nobody else around."""
     crowd_radius_m: float = Field(15.0, gt=0)
     """Scans of other walks within this radius share one say."""
