@@ -20,10 +20,11 @@ def x(rigid):
 
 
 def as_dense(block, jacobian, size):
-    """Jacobians (m, d, k) of a block as one matrix (m, d, n)."""
+    """Jacobians (m, d, k) of a block as one matrix (m, d, n); an unknown may stand in a factor twice."""
     dense = np.zeros((*jacobian.shape[:2], size))
     for row, variables in enumerate(block.variables):
-        dense[row][:, variables] = jacobian[row]
+        for column, variable in enumerate(variables):
+            dense[row, :, variable] += jacobian[row, :, column]
     return dense
 
 
@@ -76,7 +77,14 @@ def test_turns_count_from_what_turns_all_compasses(rigid):
     np.testing.assert_allclose(TurnBlock(rigid.unknowns(2), rigid.common_turn, 0.1).residuals(x), 0)
 
 
+def test_a_radio_that_lags_tells_where_the_walker_was_before(rigid):
+    x = np.zeros(rigid.size)
+    x[rigid.lag] = 2.0
+    np.testing.assert_allclose(rigid.positions(x), rigid.points - 2.0 * rigid.velocity)
+
+
 def test_a_placement_lays_poses_as_the_crowd_lays_points(rigid, x):
+    x[rigid.lag] = 0.0  # poses are where the walker was, whenever the radio heard
     place = rigid.places(x)
     placement = Placement(rigid.centre, place, np.zeros(3, np.int64), np.ones(3), ("",) * 3, np.zeros(3, bool))
     poses = placement.poses(WALK, np.column_stack([rigid.points + rigid.centre[WALK], np.full(7, 0.3)]))

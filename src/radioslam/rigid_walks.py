@@ -1,8 +1,8 @@
 """A crowd of rigid walks: each keeps the shape that odometry gave it, but may be shifted, turned and scaled.
 
 The unknowns are x = (x_0, y_0, θ_0, s_0, x_1, …, φ, τ): where each walk's centre stands, its turn, the logarithm of its
-scale, a turn φ common to all compasses, and by how much the radio lags. What a scan at the point q of a walk holds, seen
-from the walk's centre, was heard where the walker, of velocity v, had been τ before:
+scale, a turn φ common to all compasses, and by how much the radio lags. What a scan at the point q of a walk holds was
+heard where the walker, of velocity v, had been τ before; seen from outside, with q from the walk's centre:
 
     p = (x, y) + a,    a = exp(s) R(θ) (q - τ v),    ∂p/∂θ = R(π/2) a,    ∂p/∂s = a,    ∂p/∂τ = -exp(s) R(θ) v
 """
