@@ -178,7 +178,7 @@ class PositioningConfig(_Group):
     """Standard deviation of the offset between a phone and those of the map."""
     local_address_weight: float = Field(0.5, ge=0, le=1)
     """Weight of access points with a locally administered address; others have 1."""
-    folds: int = Field(6, ge=2)
+    folds: int = Field(4, ge=2)
     """Groups of walks that are left out in turn to calibrate confidence."""
     particles: int = Field(2000, ge=10)
     """Of the filter for moving users."""

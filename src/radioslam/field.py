@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.distance import cdist
-from scipy.special import log_ndtr, ndtr
+from scipy.special import log_ndtr
 
 from radioslam.config import FieldConfig
 from radioslam.errors import MappingError
@@ -126,11 +126,13 @@ def build_field(
     floor_dbm = limit_dbm - config.floor_below_db
     excess = strength - detection * floor_dbm
     length_m, noise = learned or learn_kernel(cells, excess)
-    factor = _factor(cells, length_m, noise)
-    excess = _impute(cells, factor, excess, detection, length_m, limit_dbm - floor_dbm, config.sweeps)
+    factor, spread = _factor(cells, length_m, noise)
+    excess = _impute(factor, spread, excess, detection, limit_dbm - floor_dbm, config.sweeps)
     weights = cho_solve(factor, np.hstack([excess, detection]))
-    signal = np.maximum(np.sum(excess * weights[:, : excess.shape[1]], axis=0) / len(excess), 1.0)
-    residual = _residual_variance(cells, weights, rss_dbm, floor_dbm, length_m, config.min_sigma_db)
+    ours = weights[:, : excess.shape[1]]
+    signal = np.maximum(np.sum(excess * ours, axis=0) / len(excess), 1.0)
+    fitted_dbm = floor_dbm + excess - spread[:, None] * ours
+    residual = _residual_variance(cells, fitted_dbm, rss_dbm, config.min_sigma_db)
     return Field(cells, length_m, noise, floor_dbm, weights, factor, signal, residual)
 
 
@@ -165,44 +167,41 @@ def learn_kernel(cells: Cells, excess: Array) -> tuple[float, float]:
 
 
 def _evidence(cells: Cells, y: Array, length_m: float, noise: float) -> float:
-    factor = _factor(cells, length_m, noise)
+    factor, _ = _factor(cells, length_m, noise)
     quadratic = np.sum(y * cho_solve(factor, y), axis=0) / len(y)
     half_determinant = np.sum(np.log(np.diag(factor[0])))
     return float(-0.5 * len(y) * np.sum(np.log(quadratic)) - y.shape[1] * half_determinant)
 
 
-def _factor(cells: Cells, length_m: float, noise: float) -> tuple[Array, bool]:
+def _factor(cells: Cells, length_m: float, noise: float) -> tuple[tuple[Array, bool], Array]:
+    """Cholesky factor of K, and its noise (c,). The fit at the cells is C K⁻¹ y = y - noise · K⁻¹ y."""
     blur = 2 * cells.sigma_m / length_m
-    spread = np.diag((noise + blur) / cells.count + 1e-6)
-    factor: tuple[Array, bool] = cho_factor(kernel(cells.centre_xy, cells.centre_xy, length_m) + spread, lower=True)
-    return factor
+    spread = (noise + blur) / cells.count + 1e-6
+    covariance = kernel(cells.centre_xy, cells.centre_xy, length_m) + np.diag(spread)
+    return cho_factor(covariance, lower=True), spread
 
 
 def _impute(
-    cells: Cells, factor: tuple[Array, bool], heard: Array, detection: Array, length_m: float, limit: float, sweeps: int
+    factor: tuple[Array, bool], spread: Array, heard: Array, detection: Array, limit: float, sweeps: int
 ) -> Array:
     """Give what was not heard E[y | y < limit] under the field, (c, m), as in a Tobit model; ``heard`` is the rest."""
-    similar = kernel(cells.centre_xy, cells.centre_xy, length_m)
     filled = heard
     for _ in range(sweeps):
-        mean = similar @ cho_solve(factor, filled)
+        mean = filled - spread[:, None] * cho_solve(factor, filled)
         sigma = max(float(np.std((filled - mean)[detection > 0])), 1.0)
-        standing = (limit - mean) / sigma
+        standing = np.minimum((limit - mean) / sigma, 6.0)
         hazard = np.exp(-0.5 * standing**2 - 0.5 * np.log(2 * np.pi) - log_ndtr(standing))
-        below = np.clip(mean - sigma * hazard, 0.0, limit)
-        filled = heard + (1.0 - detection) * np.where(ndtr(standing) < 1 - 1e-9, below, 0.0)
+        filled = heard + (1.0 - detection) * np.clip(mean - sigma * hazard, 0.0, limit)
     return filled
 
 
-def _residual_variance(
-    cells: Cells, weights: Array, rss_dbm: sparse.csr_array, floor_dbm: float, length_m: float, min_sigma_db: float
-) -> Array:
-    """(m,) mean square of reading minus field over each access point's readings, shrunk towards that of all."""
+def _residual_variance(cells: Cells, fitted_dbm: Array, rss_dbm: sparse.csr_array, min_sigma_db: float) -> Array:
+    """(m,) mean square of reading minus field (c, m) over an access point's readings, shrunk towards that of all."""
     m = rss_dbm.shape[1]
-    fitted = kernel(cells.centre_xy, cells.centre_xy, length_m) @ weights[:, :m]
     entries = rss_dbm.tocoo()
-    cell_of_sample = np.asarray(cells.average.argmax(axis=0)).ravel()
-    residual = entries.data - floor_dbm - fitted[cell_of_sample[entries.row], entries.col]
+    cell_of_sample = np.empty(rss_dbm.shape[0], np.int64)
+    cell_of_sample[cells.average.indices] = np.repeat(np.arange(len(cells.count)), np.diff(cells.average.indptr))
+    residual = entries.data - fitted_dbm[cell_of_sample[entries.row], entries.col]
     count = np.bincount(entries.col, minlength=m)
     total = np.bincount(entries.col, residual**2, minlength=m)
     return np.maximum((total + 10 * np.mean(residual**2)) / (count + 10), min_sigma_db**2)

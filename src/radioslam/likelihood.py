@@ -48,9 +48,9 @@ class Candidates:
         silent = weights * np.log1p(-at.detection)
         heard = weights * (np.log(at.detection) - np.log(at.sigma_db))
         pull = precision * at.mean_dbm
-        tables = (precision, pull, heard - silent - 0.5 * pull * at.mean_dbm)
-        in_order = (np.ascontiguousarray(table.T, dtype=np.float32) for table in tables)
-        return Candidates(places, *in_order, silent.sum(axis=1), offset_sigma_db)
+        constant = heard - silent - 0.5 * pull * at.mean_dbm
+        precision, pull, constant = (_table(one) for one in (precision, pull, constant))
+        return Candidates(places, precision, pull, constant, silent.sum(axis=1), offset_sigma_db)
 
     def log_likelihood(self, scans_dbm: sparse.csr_array) -> Array:
         """(s, q) of scans (s, m), offsets integrated out."""
@@ -76,3 +76,9 @@ class Candidates:
         mean = weight @ self.positions_xy
         variance = weight @ self.positions_xy**2 - mean**2
         return mean, np.sqrt(np.maximum(variance, 0.0))
+
+
+def _table(values: Array) -> Array:
+    """(q, m) as (m, q) in single precision, in the order in which products read it."""
+    table: Array = np.ascontiguousarray(values.T, dtype=np.float32)
+    return table

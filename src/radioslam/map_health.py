@@ -59,7 +59,9 @@ def _travelling_or_moved(samples: RadioMap, name: str, strong: Array) -> Finding
     for k in np.unique(walk):
         extent = float(np.hypot(*np.ptp(xy[walk == k], axis=0)))
         if extent > 2 * NEAR_M:
-            return Finding(name, "travels", f"strong over {extent:.0f} m of walk {samples.walks[k]}, as if carried along")
+            return Finding(
+                name, "travels", f"strong over {extent:.0f} m of walk {samples.walks[k]}, as if carried along"
+            )
     order = np.argsort(time_s, kind="stable")
     for cut in range(1, len(order)):
         early, late = xy[order[:cut]], xy[order[cut:]]

@@ -6,8 +6,11 @@ sets aside access points that are not to be trusted) and then locates any number
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +89,12 @@ class Location:
         """Whether the scan belongs to the map."""
         return self.position_xy is not None
 
+    def as_dict(self) -> dict[str, Any]:
+        """For JSON; without a position only the reason."""
+        if not self.here:
+            return {"here": False, "reason": self.reason}
+        return {"here": True, **asdict(self)}
+
 
 @dataclass(frozen=True)
 class Positioner:
@@ -139,7 +148,7 @@ class Positioner:
             radius, closest = floor.radius_m(sigma), similarity[k][rows].max(axis=1, initial=0.0)
             for i, row in enumerate(rows):
                 if closest[i] < floor.calibration.least_similarity:
-                    answers[row] = Location(None, reason=_foreign(scans_dbm, row, unknown[row], closest[i]))
+                    answers[row] = Location(None, reason=_foreign(scans_dbm, int(row), unknown[row], closest[i]))
                     continue
                 answers[row] = Location(
                     (float(mean[i, 0]), float(mean[i, 1])),
@@ -164,7 +173,7 @@ def scan_matrix(scans: Sequence[Scan], transmitters: Sequence[str]) -> tuple[spa
     """
     column = {name: k for k, name in enumerate(transmitters)}
     low, high = RSS_RANGE_DBM
-    row, col, data = [], [], []
+    entries: list[tuple[int, int, float]] = []
     unknown = np.zeros(len(scans))
     for k, scan in enumerate(scans):
         if not scan:
@@ -172,14 +181,17 @@ def scan_matrix(scans: Sequence[Scan], transmitters: Sequence[str]) -> tuple[spa
         for name, rss in scan.items():
             if not low <= rss < high:
                 advice = "give received strengths in dBm, such as -67"
-                raise PositioningError(f"scan {k + 1}: expected RSS in [{low:g}, {high:g}) dBm, found {rss:g}; {advice}")
+                raise PositioningError(
+                    f"scan {k + 1}: expected RSS in [{low:g}, {high:g}) dBm, found {rss:g}; {advice}"
+                )
             if name in column:
-                row.append(k), col.append(column[name]), data.append(float(rss))
+                entries.append((k, column[name], float(rss)))
             else:
                 unknown[k] += 1
     shape = (len(scans), len(transmitters))
-    matrix = sparse.csr_array((np.array(data), (np.array(row, int), np.array(col, int))), shape=shape)
-    return matrix, unknown
+    table = np.array(entries, dtype=float).reshape(-1, 3)
+    row, col = table[:, 0].astype(int), table[:, 1].astype(int)
+    return sparse.csr_array((table[:, 2], (row, col)), shape=shape), unknown
 
 
 def _foreign(scans_dbm: sparse.csr_array, row: int, unknown: float, similarity: float) -> str:
@@ -237,3 +249,16 @@ def calibrate(samples: RadioMap, weights: Array, config: Config, learned: tuple[
         least_similarity=float(np.quantile(np.concatenate(closest), NOT_HERE_QUANTILE)),
         coverage=float(np.mean(ratio <= scale)),
     )
+
+
+def read_scan(path: Path) -> dict[str, float]:
+    """A scan from JSON: an object of access point -> RSS in dBm.
+
+    Raises:
+        PositioningError: not such a file.
+    """
+    try:
+        scan = json.loads(path.read_text("utf-8"))
+        return {str(name): float(rss) for name, rss in scan.items()}
+    except (OSError, ValueError, AttributeError, TypeError) as error:
+        raise PositioningError(f"{path}: expected JSON of access point -> RSS in dBm, found: {error}") from None

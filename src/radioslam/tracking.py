@@ -1,13 +1,14 @@
 """A moving user in a radio map: particle filter over scans and dead reckoning, start unknown.
 
 A particle is a position with the turn between the walk's compass and the map and the scale of its steps. Between scans
-it moves as the track says, with noise; at a scan it is weighed by the field (``likelihood.py``) at the nearest candidate,
-less the nearer that is. The first scan spreads the particles over the whole map, so that no start is needed; the answer
+it moves as the track says, with noise; at a scan it is weighed by the field (``likelihood.py``) at the nearest
+candidate, and the less the farther that is. The first scan spreads the particles over the whole map, so that no start is needed; the answer
 at the first scan, after the lag, is the start of a new walk in an existing map.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +18,13 @@ from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
 from radioslam import planar
-from radioslam.config import PositioningConfig
+from radioslam.config import Config, PositioningConfig
+from radioslam.errors import PositioningError
+from radioslam.fingerprints import collect_fingerprints
 from radioslam.likelihood import Candidates
-from radioslam.odometry import Track
-from radioslam.positioning import FloorModel
+from radioslam.odometry import Track, estimate_track
+from radioslam.positioning import FloorModel, Positioner
+from radioslam.walk import Walk
 
 Array = NDArray[np.float64]
 
@@ -121,3 +125,31 @@ def _move(
 def _weigh(cloud: _Particles, tree: cKDTree, evidence: Array) -> None:
     away, nearest = tree.query(cloud.history[-1])
     cloud.log_weight = cloud.log_weight + evidence[nearest] - 0.5 * (away / OFF_CANDIDATES_M) ** 2
+
+
+def follow(positioner: Positioner, walk: Walk, config: Config, seed: int) -> TrackedWalk:
+    """Follow a recorded walk on the floor that its scans together name.
+
+    Raises:
+        PositioningError: no scan of the walk belongs to the map.
+    """
+    track = estimate_track(walk, config.odometry)
+    fingerprints = collect_fingerprints([track], config.fingerprints)
+    scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
+    unknown = np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
+    located = [location for location in positioner.locate_rows(scans, unknown) if location.here]
+    if not located:
+        raise PositioningError(f"{walk.name}: expected scans that belong to the map, found none; is it of this place?")
+    labels, votes = np.unique([location.floor for location in located], return_counts=True)
+    floor = next(model for model in positioner.floors if model.floor == labels[votes.argmax()])
+    return track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed))
+
+
+def aligned_columns(rss_dbm: sparse.csr_array, names: Sequence[str], wanted: Sequence[str]) -> sparse.csr_array:
+    """Strengths (n, m) of ``names`` as (n, k) of the access points ``wanted``; others are left out."""
+    column = {name: k for k, name in enumerate(wanted)}
+    place = np.array([column.get(name, -1) for name in names], dtype=np.int64)
+    entries = rss_dbm.tocoo()
+    known = place[entries.col] >= 0
+    cells = (entries.data[known], (entries.row[known], place[entries.col[known]]))
+    return sparse.csr_array(cells, shape=(rss_dbm.shape[0], len(wanted)))
