@@ -221,8 +221,7 @@ def _models(
 def calibrate(samples: RadioMap, weights: Array, config: Config, learned: tuple[float, float]) -> Calibration:
     """Leave groups of walks out, locate their scans in the map of the rest, and learn what to promise.
 
-    Errors are distances to the map's own positions, whose own variance is added to what is promised; a map of one
-    walk is split in time instead.
+    Errors are distances to the map's own positions, no reference is used; a map of one walk is split in time instead.
     """
     folds = config.positioning.folds
     walk = np.unique(samples.walk, return_inverse=True)[1]
@@ -238,10 +237,9 @@ def calibrate(samples: RadioMap, weights: Array, config: Config, learned: tuple[
         sigmas.append([np.hypot(*sigma.T) for _, sigma in moments])
     error, sigma = np.concatenate(errors, axis=1), np.concatenate(sigmas, axis=1)
     best = int(error.mean(axis=1).argmin())
-    own = float(np.sqrt(2) * np.nan_to_num(np.nanmean(samples.sigma_m))) if np.isfinite(samples.sigma_m).any() else 0.0
     floor_m = float(np.median(error[best]))
     ratio = error[best] / np.hypot(sigma[best], floor_m)
-    scale = float(np.quantile(ratio, COVERAGE)) * float(np.hypot(1.0, own / max(np.mean(error[best]), 1e-9)))
+    scale = float(np.quantile(ratio, COVERAGE))
     return Calibration(
         temperature=TEMPERATURES[best],
         radius_per_sigma=scale,

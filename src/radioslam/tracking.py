@@ -1,9 +1,9 @@
 """A moving user in a radio map: particle filter over scans and dead reckoning, start unknown.
 
-A particle is a position with the turn between the walk's compass and the map and the scale of its steps. Between scans
-it moves as the track says, with noise; at a scan it is weighed by the field (``likelihood.py``) at the nearest
-candidate, and the less the farther that is. The first scan spreads the particles over the whole map, so that no start is needed; the answer
-at the first scan, after the lag, is the start of a new walk in an existing map.
+A particle is a position with the turn between the walk's compass and the map and the scale of its steps. Between
+scans it moves as the track says, with noise; at a scan it is weighed by the field (``likelihood.py``) at the nearest
+candidate, and the less the farther that is. The first scan spreads the particles over the whole map, so that no start
+is needed; the answer at the first scan, after the lag, is the start of a new walk in an existing map.
 """
 
 from __future__ import annotations
@@ -34,6 +34,8 @@ OFF_CANDIDATES_M = 2.0
 """Places farther from where people walked get less likely by a Gaussian of this width."""
 SCAN_CORRELATION = 0.5
 """Successive scans repeat each other's errors; each counts for this part of its evidence."""
+WRONG_SCAN = 0.1
+"""Chance that a scan is of somewhere else: stale readings that the phone repeats."""
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ def track_walk(
     """
     time_s = track.walk.wifi.scan_time_s
     odometry = track.at(time_s)
-    evidence = SCAN_CORRELATION * floor.candidates.tempered(scans_dbm, floor.calibration.temperature)
+    evidence = _evidence(floor, scans_dbm)
     tree = cKDTree(floor.candidates.positions_xy)
     cloud = _spread(floor.candidates, evidence[0], track, config, rng)
     sigmas = track.motion_sigmas(time_s)
@@ -99,6 +101,19 @@ def track_walk(
     answers += [cloud.mean(row) for row in range(last - (len(time_s) - len(answers)), last)]
     position, sigma, turn = (np.array(column) for column in zip(*answers, strict=True))
     return TrackedWalk(time_s, np.column_stack([position, planar.wrap(odometry[:, 2] + turn)]), sigma)
+
+
+def _evidence(floor: FloorModel, scans_dbm: sparse.csr_array) -> Array:
+    """Log-evidence (n, q) of each scan for each candidate: a wrong scan, of chance ``WRONG_SCAN``, says nothing.
+
+    A scan that is like no sample of the map says nothing at all.
+    """
+    posterior = SCAN_CORRELATION * floor.candidates.tempered(scans_dbm, floor.calibration.temperature)
+    posterior -= logsumexp(posterior, axis=1, keepdims=True)
+    likeness = floor.neighbours.similarity(scans_dbm, np.zeros(len(posterior))).max(axis=1)
+    posterior[likeness < floor.calibration.least_similarity] = -np.log(posterior.shape[1])
+    mixed: Array = np.logaddexp(posterior, np.log(WRONG_SCAN / posterior.shape[1]))
+    return mixed
 
 
 def _spread(
