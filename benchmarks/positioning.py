@@ -1,6 +1,7 @@
 """The field of 2,000 access points by 5,000 samples, and scans located in it, beside weighted nearest neighbours.
 
-Simulated strengths (35 + 40 log10(distance) dB, 6 dB of noise, some 200 heard per scan) in a hall of 150 by 100 m, seed 0; one thread, processor time.
+Simulated strengths (35 + 40 log10(distance) dB, 6 dB of noise, some 200 heard per scan) in a hall of 150 by 100 m,
+seed 0; one thread, processor time.
 """
 
 from __future__ import annotations
