@@ -96,3 +96,21 @@ def test_a_file_that_is_no_scan_is_one_clear_error(tmp_path):
     path.write_text("[1, 2")
     with pytest.raises(PositioningError, match=r"scan\.json: expected JSON"):
         read_scan(path)
+
+
+@pytest.mark.real_data
+def test_strangers_in_the_museum_are_located_better_than_by_nearest_neighbours(data_folder):
+    from radioslam.config import load_config
+    from radioslam.formats import read_walks
+    from radioslam.positioning_experiment import surveyed
+    from radioslam.slam import map_walks
+
+    settings = ["merging.starts=known", "optimizer.standard_deviations=false"]
+    config = load_config(overrides=settings, environment={})
+    samples = surveyed(map_walks(read_walks([data_folder / "ipin2023" / "floor0"]), config))
+    rest, held = samples.select(samples.walk % 4 != 0), samples.select(samples.walk % 4 == 0)
+    floor = Positioner.of(rest, config).floors[0]
+    ours, _ = floor.candidates.moments(floor.candidates.tempered(held.rss_dbm, floor.calibration.temperature))
+    nearest = floor.neighbours.locate(floor.neighbours.similarity(held.rss_dbm, np.zeros(len(held))), 5)
+    error, baseline = (np.hypot(*(xy - held.poses[:, :2]).T).mean() for xy in (ours, nearest))
+    assert error < 0.85 * baseline
