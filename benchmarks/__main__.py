@@ -2,8 +2,8 @@
 
 import platform
 
-from benchmarks import reading, solver
+from benchmarks import positioning, reading, solver
 
 print(f"Python {platform.python_version()} on {platform.machine()}")
-for benchmark in (reading, solver):
+for benchmark in (reading, solver, positioning):
     benchmark.run()

@@ -76,8 +76,8 @@ def test_needs_no_network(page: Page) -> None:
 def test_has_every_section(page: Page) -> None:
     assert page.open == []
     sections = [attributes["id"] for tag, attributes in page.elements if tag == "section"]
-    assert sections == ["paths", "uncertainty", "coverage", "walks", "run", "configuration"]
-    assert len(page.figures()) == 3
+    assert sections == ["paths", "uncertainty", "coverage", "heat-maps", "walks", "run", "configuration"]
+    assert len(page.figures()) == 4
     assert "peak memory 321 MB" in page.text("p")
 
 
@@ -112,10 +112,10 @@ def test_names_cannot_break_out(result: SlamResult, tmp_path: Path) -> None:
     assert page.open == []
     scripts = [text for tag, text in page.texts if tag == "script"]
     assert not any(text.startswith("alert") for text in scripts)
-    assert sum(tag == "script" for tag, _ in page.elements) == 5
+    assert sum(tag == "script" for tag, _ in page.elements) == 6
     assert EVIL in page.text("span")  # shown as it was typed
     assert EVIL in page.text("p")
-    assert len(page.figures()) == 3
+    assert len(page.figures()) == 4
 
 
 def test_says_what_went_wrong(result: SlamResult, tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from radioslam.cli_positioning import register
 from radioslam.errors import LogError, RadioSlamError
 
 if TYPE_CHECKING:
@@ -269,7 +270,10 @@ def evaluate(
 @app.command()
 def experiment(
     name: Annotated[
-        str, typer.Argument(help="rss-threshold, similarity-threshold, bin-width, timing, accuracy or crowd-size.")
+        str,
+        typer.Argument(
+            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd-size or positioning."
+        ),
     ],
     data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
     seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 3,
@@ -289,6 +293,15 @@ def experiment(
     from radioslam import experiments
     from radioslam.errors import ConfigError
 
+    if name == "positioning":
+        from radioslam.positioning_experiment import run_positioning
+
+        table = run_positioning(experiments.source_of(data, starts), first_seed, walks, set_ or [])
+        typer.echo(table)
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+            (out / "positioning.md").write_text(table, "utf-8")
+        return
     if name not in experiments.EXPERIMENTS:
         raise ConfigError(f"unknown experiment {name!r}; expected one of {', '.join(experiments.EXPERIMENTS)}")
     chosen, source = experiments.EXPERIMENTS[name], experiments.source_of(data, starts)
@@ -325,6 +338,9 @@ def _alignment(name: str | None) -> Any:
     if name not in (None, "none", "start", "rigid"):
         raise ConfigError(f"unknown alignment {name!r}; expected none, start or rigid")
     return name
+
+
+register(app)
 
 
 @app.callback(invoke_without_command=True)

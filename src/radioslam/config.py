@@ -248,6 +248,38 @@ class OptimizerConfig(_Group):
     """Converged when the cost falls by less than this part of itself, or no step is longer."""
 
 
+class FieldConfig(_Group):
+    """Samples -> strengths anywhere (Gaussian process)."""
+
+    cell_m: float = Field(1.0, gt=0)
+    """Samples of one square of this side are averaged."""
+    max_cells: int = Field(1500, ge=10)
+    """Squares are widened until there are no more than this."""
+    floor_below_db: float = Field(10.0, ge=0)
+    """The mean far from everything lies so far below the weakest reading of the map."""
+    sweeps: int = Field(3, ge=0)
+    """Sweeps of the expectation of what was not heard; with none it stands at the floor."""
+    min_sigma_db: float = Field(3.0, gt=0)
+    """No reading is trusted more than this."""
+
+
+class PositioningConfig(_Group):
+    """Scan -> position."""
+
+    neighbours: int = Field(5, ge=1)
+    """k of the weighted nearest neighbours."""
+    offset_sigma_db: float = Field(3.0, gt=0)
+    """Standard deviation of the offset between a phone and those of the map."""
+    local_address_weight: float = Field(0.5, ge=0, le=1)
+    """Weight of access points with a locally administered address; others have 1."""
+    folds: int = Field(4, ge=2)
+    """Groups of walks that are left out in turn to calibrate confidence."""
+    particles: int = Field(2000, ge=10)
+    """Of the filter for moving users."""
+    lag_scans: int = Field(10, ge=0)
+    """The filter's answer for a scan waits for so many more scans; 0 answers at once."""
+
+
 class Config(_Group):
     """All of it."""
 
@@ -260,6 +292,8 @@ class Config(_Group):
     directions: DirectionsConfig = DirectionsConfig()
     screening: ScreeningConfig = ScreeningConfig()
     optimizer: OptimizerConfig = OptimizerConfig()
+    field: FieldConfig = FieldConfig()
+    positioning: PositioningConfig = PositioningConfig()
 
     def to_toml(self) -> str:
         """The whole configuration as TOML."""

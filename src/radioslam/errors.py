@@ -5,6 +5,7 @@
     ├── ConfigError     an unknown key, or a value out of range
     ├── MappingError    these walks cannot be mapped
     │   └── GraphError  the pose graph is not one that can be solved
+    ├── PositioningError  a scan cannot be placed in a map
     └── ResultError     a result folder cannot be written or read
 
 Each message is one line: what was expected, what came, what to do.
@@ -57,3 +58,7 @@ class GraphError(MappingError):
 
 class ResultError(RadioSlamError):
     """A result folder cannot be written, or is not one."""
+
+
+class PositioningError(RadioSlamError):
+    """A scan or a map cannot be used for positioning."""

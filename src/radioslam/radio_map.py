@@ -1,9 +1,18 @@
-"""The radio map: the optimized tracks annotated with what was heard at each place."""
+"""The radio map: the optimized tracks annotated with what was heard at each place.
+
+Several floors can share one map; where it is georeferenced, ``georeference`` ties its metres to latitude and longitude.
+Version 1 of the file had neither and is still read.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pyarrow as pa
@@ -13,10 +22,14 @@ from scipy import sparse
 
 from radioslam.errors import ResultError
 
+if TYPE_CHECKING:
+    from radioslam.positioning import Location
+
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+READABLE_VERSIONS = ("1", "2")
 SCHEMA = pa.schema(
     [
         ("walk", pa.dictionary(pa.int32(), pa.string())),
@@ -41,6 +54,8 @@ class RadioMap:
         poses: (n, 3) in the frame of the sample's map.  sigma_m: (n,) standard deviation of the position per axis.
         map: (n,) 0 for the largest connected part of the crowd.
         rss_dbm: (n, m) CSR; what is not stored was not heard.  transmitters: m identities.
+        floors: the floor of each walk, or () where all are of one floor that has no name.
+        georeference: latitude and longitude (degrees) of (0, 0), and the angle (rad) from east to the x axis, or None.
     """
 
     walks: tuple[str, ...]
@@ -51,12 +66,37 @@ class RadioMap:
     map: Integers
     rss_dbm: sparse.csr_array
     transmitters: tuple[str, ...]
+    floors: tuple[str, ...] = ()
+    georeference: tuple[float, float, float] | None = None
 
     def __len__(self) -> int:
         return len(self.walk)
 
+    @property
+    def floor_of_sample(self) -> NDArray[np.str_]:
+        """(n,) label of the floor, "" where it has none."""
+        return np.array(self.floors or [""] * len(self.walks), dtype=np.str_)[self.walk]
+
+    def select(self, rows: NDArray[np.bool_] | Integers) -> RadioMap:
+        """The samples that a mask (n,) or an index array picks; walks and access points keep their numbers."""
+        columns = {name: getattr(self, name)[rows] for name in ("walk", "time_s", "poses", "sigma_m", "map")}
+        return replace(self, **columns, rss_dbm=sparse.csr_array(self.rss_dbm[rows]))
+
+    def locate(self, scan: Mapping[str, float]) -> Location:
+        """The position of one scan, access point -> RSS in dBm.
+
+        Learns the field at each call; make a ``positioning.Positioner`` once to locate many.
+
+        Raises:
+            PositioningError: the scan is empty or holds what is no RSS.
+        """
+        from radioslam.positioning import Positioner, scan_matrix
+
+        scan_matrix([scan], self.transmitters)  # refuse bad scans before the work
+        return Positioner.of(self).locate(scan)
+
     def save(self, path: Path) -> None:
-        """Write Parquet, a row per sample; readings are the lists ``transmitter`` and ``rssi_dbm``."""
+        """Write Parquet, whole or not at all, a row per sample; readings are lists ``transmitter`` and ``rssi_dbm``."""
         names = pa.array(self.transmitters, pa.string()).take(pa.array(self.rss_dbm.indices))
         offsets = pa.array(self.rss_dbm.indptr, pa.int32())
         columns = [
@@ -66,8 +106,9 @@ class RadioMap:
             pa.ListArray.from_arrays(offsets, names),
             pa.ListArray.from_arrays(offsets, pa.array(self.rss_dbm.data, pa.float32())),
         ]
-        metadata = {"radioslam_radio_map": str(FORMAT_VERSION)}
-        pq.write_table(pa.Table.from_arrays(columns, schema=SCHEMA.with_metadata(metadata)), path)
+        facts = {"floors": self.floors, "georeference": self.georeference}
+        metadata = {"radioslam_radio_map": str(FORMAT_VERSION), "radioslam_facts": json.dumps(facts)}
+        _write_whole(pa.Table.from_arrays(columns, schema=SCHEMA.with_metadata(metadata)), path)
 
     @staticmethod
     def load(path: Path) -> RadioMap:
@@ -81,12 +122,26 @@ class RadioMap:
         except (OSError, pa.ArrowException) as error:
             raise ResultError(f"{path}: expected a radio map (Parquet), found: {error}") from None
         version = (table.schema.metadata or {}).get(b"radioslam_radio_map", b"none").decode()
-        if version != str(FORMAT_VERSION) or table.schema.names != SCHEMA.names:
+        if version not in READABLE_VERSIONS or table.schema.names != SCHEMA.names:
             raise ResultError(
                 f"{path}: expected a radio map of version {FORMAT_VERSION}, found version {version}; "
                 "update radioslam or map the walks again"
             )
         return _from_table(table)
+
+
+def _write_whole(table: pa.Table, path: Path) -> None:
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.absolute().parent)
+        os.close(handle)
+        try:
+            pq.write_table(table, name)
+            Path(name).chmod(0o644)
+            Path(name).replace(path)
+        finally:
+            Path(name).unlink(missing_ok=True)
+    except OSError as error:
+        raise ResultError(f"{path}: could not be written: {error.strerror or error}; nothing was changed") from None
 
 
 def _from_table(table: pa.Table) -> RadioMap:
@@ -100,6 +155,7 @@ def _from_table(table: pa.Table) -> RadioMap:
     indices = rank[names.indices.to_numpy(zero_copy_only=False).astype(np.int64)]
     data = column["rssi_dbm"].flatten().to_numpy(zero_copy_only=False).astype(np.float64)
     indptr = heard.offsets.to_numpy().astype(np.int64)
+    facts = json.loads((table.schema.metadata or {}).get(b"radioslam_facts", b"{}"))
     return RadioMap(
         walks=tuple(walk.dictionary.to_pylist()),
         walk=walk.indices.to_numpy(zero_copy_only=False).astype(np.int64),
@@ -109,4 +165,6 @@ def _from_table(table: pa.Table) -> RadioMap:
         map=column["map"].to_numpy().astype(np.int64),
         rss_dbm=sparse.csr_array((data, indices, indptr - indptr[0]), shape=(len(table), len(order))),
         transmitters=tuple(names.dictionary[int(k)].as_py() for k in order),
+        floors=tuple(facts.get("floors", ())),
+        georeference=facts.get("georeference") and tuple(facts["georeference"]),
     )

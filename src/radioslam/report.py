@@ -31,7 +31,7 @@ def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> 
 
     title, pages = "RadioSLAM report", importlib.resources.files("radioslam") / "pages"
     style, script = ((pages / name).read_text("utf-8") for name in ("report.css", "report.js"))
-    sections = (_lead, _facts, _paths, _uncertainty, _coverage, _walks, _run, _configuration)
+    sections = (_lead, _facts, _paths, _uncertainty, _coverage, _heat_maps, _walks, _run, _configuration)
     body = "\n".join(section(result, summary) for section in sections)
     path.write_text(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
@@ -130,6 +130,15 @@ def _coverage(result: SlamResult, summary: Mapping[str, Any]) -> str:
         "strongest of them, or one of those heard most. Grey points are scans that did not hear it."
     )
     return _section("coverage", "Radio coverage", _figure(coverage_figure(result), caption))
+
+
+def _heat_maps(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    from radioslam.heat_maps import heat_map_figure
+
+    if not result.radio_map.rss_dbm.nnz:
+        return ""
+    caption = "The strength that the map expects at any place, of the access point chosen in the menu."
+    return _section("heat-maps", "Radio field", _figure(heat_map_figure(result.radio_map), caption))
 
 
 def _figure(figure: Any, caption: str) -> str:

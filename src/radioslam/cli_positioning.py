@@ -1,0 +1,107 @@
+"""Commands that use a map: locate, track, health, coverage, export, merge, georeference; registered by ``cli.py``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from radioslam.radio_map import RadioMap
+
+Map = Annotated[Path, typer.Argument(metavar="MAP", help="A result folder or a radio map (Parquet).")]
+Out = Annotated[Path, typer.Option("--out", "-o", help="File to write.")]
+FloorNames = Annotated[str, typer.Option(help="Name of the floor of each map, comma-separated.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add the commands to the application."""
+    for command in (locate, track, health, coverage, export, georeference):
+        app.command()(command)
+    app.command("merge-maps")(merge_maps)
+
+
+def load_map(path: Path) -> RadioMap:
+    """The radio map of a result folder, or a file of its own."""
+    from radioslam.radio_map import RadioMap
+
+    return RadioMap.load(path / "radio_map.parquet" if path.is_dir() else path)
+
+
+def locate(
+    map: Map,
+    scans: Annotated[list[Path], typer.Argument(metavar="SCAN...", help="JSON of access point -> RSS in dBm.")],
+) -> None:
+    """Position of scans, one JSON line each: position, deviations, 95 % radius, floor; or why it is not here."""
+    from radioslam.positioning import Positioner, read_scan
+
+    read = [read_scan(path) for path in scans]
+    for path, location in zip(scans, Positioner.of(load_map(map)).locate_many(read), strict=True):
+        typer.echo(json.dumps({"scan": str(path), **location.as_dict()}))
+
+
+def track(
+    map: Map,
+    log: Annotated[Path, typer.Argument(help="A log with scans and motion.")],
+    seed: Annotated[int, typer.Option(help="Of the particles.")] = 1,
+) -> None:
+    """Follow a walk through the map, start unknown: CSV time_s,x_m,y_m,heading_rad,sigma_m."""
+    from radioslam.config import load_config
+    from radioslam.formats import read_walk
+    from radioslam.positioning import Positioner
+    from radioslam.tracking import follow
+
+    walked = follow(Positioner.of(load_map(map)), read_walk(log), load_config(), seed)
+    typer.echo("time_s,x_m,y_m,heading_rad,sigma_m")
+    for time_s, pose, sigma in zip(walked.time_s, walked.poses, walked.sigma_m, strict=True):
+        typer.echo(f"{time_s:.3f},{pose[0]:.2f},{pose[1]:.2f},{pose[2]:.3f},{sigma:.2f}")
+
+
+def health(map: Map) -> None:
+    """List access points that moved, vanished or travel, and why."""
+    from radioslam.map_health import find_unhealthy
+
+    for finding in find_unhealthy(load_map(map)):
+        typer.echo(f"{finding.transmitter}\t{finding.kind}\t{finding.reason}")
+
+
+def coverage(map: Map) -> None:
+    """Where somebody should walk next: the least certain places within reach, as CSV."""
+    from radioslam.coverage import walk_next
+
+    typer.echo("x_m,y_m,uncertainty")
+    for x, y, uncertainty in walk_next(load_map(map)):
+        typer.echo(f"{x:.1f},{y:.1f},{uncertainty:.2f}")
+
+
+def export(
+    map: Map,
+    out: Out,
+    ap: Annotated[str | None, typer.Option(help="Access point of a heat map; default: the one heard most.")] = None,
+) -> None:
+    """Write the map as .parquet, .csv, .geojson, or a heat map as .png."""
+    from radioslam.map_export import export_map
+
+    export_map(load_map(map), out, ap)
+
+
+def merge_maps(
+    maps: Annotated[list[Path], typer.Argument(metavar="MAP...")], out: Out, floors: FloorNames = ""
+) -> None:
+    """One map of several results in one frame, or of several floors of a building."""
+    from radioslam.map_export import merge
+
+    merge([load_map(path) for path in maps], floors.split(",") if floors else None).save(out)
+
+
+def georeference(
+    map: Map,
+    point: Annotated[list[str], typer.Option(metavar="X,Y,LAT,LON", help="A known point; two or more.")],
+    out: Out,
+) -> None:
+    """Tie a map's metres to latitude and longitude."""
+    from radioslam.georeference import georeferenced, parse_point
+
+    georeferenced(load_map(map), [parse_point(text) for text in point]).save(out)
