@@ -6,17 +6,13 @@ import pytest
 from radioslam import planar
 from radioslam.config import OdometryConfig
 from radioslam.errors import LogError
-from radioslam.odometry import Track, estimate_odometry
+from radioslam.odometry import estimate_odometry, estimate_track
 from radioslam.walk import Inertial, Walk
 
 from .builders import scans_at, tracked_walk
 from .phones import STEP_HZ, clock, inertial_walk, phone
 
 FIXED = OdometryConfig(step_length="constant", typical_step_m=0.7)
-
-
-def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
-    return estimate_odometry([walk], config)[0]
 
 
 def off_deg(heading, truth):

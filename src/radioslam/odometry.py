@@ -74,6 +74,15 @@ def estimate_odometry(walks: Sequence[Walk], config: OdometryConfig) -> list[Tra
     return [*_tracks(walks, config)]
 
 
+def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
+    """The track of one walk by itself: its own steps alone say what its phone makes of a step.
+
+    Raises:
+        LogError: neither odometry nor sensors that give steps and heading.
+    """
+    return estimate_odometry([walk], config)[0]
+
+
 def _tracks(walks: Sequence[Walk], config: OdometryConfig) -> Iterator[Track]:
     reckoned = [walk for walk in walks if walk.odometry is None]
     steps = [find_steps(_inertial(walk).accelerometer, config) for walk in reckoned]
