@@ -41,6 +41,10 @@ PAPER_TABLES: dict[str, dict[str, dict[str, float]]] = {
 """Figures that the paper gives, by experiment and variant; metres, seconds, BSSIDs per scan."""
 
 
+WORSE = 5e-4
+"""An estimate counts as worse than odometry where its mean error is larger by more than this part of it."""
+
+
 @dataclass(frozen=True)
 class Variant:
     """One row: its label, the settings that make it, and how many walks it takes (None: as many as asked for)."""
@@ -102,6 +106,18 @@ EXPERIMENTS = {
             "What more walkers do",
             tuple(Variant(str(n), walks=n) for n in (4, 10, 20, 40)),
             ("mean", "std", "odometry_mean", "ratio", "size_ratio", "loops", "seconds"),
+        ),
+        Experiment(
+            "crowd",
+            "A whole crowd by what is known of its starts",
+            tuple(Variant(starts, (f"merging.starts={starts}",)) for starts in ("known", "unknown")),
+            ("mean", "std", "median", "odometry_mean", "ratio", "size_ratio", "placed", "loops", "all_s"),
+        ),
+        Experiment(
+            "few-walks",
+            "A few walks drawn at random",
+            tuple(Variant(str(n), walks=n) for n in (2, 3, 5)),
+            ("mean", "odometry_mean", "ratio", "worse", "loops"),
         ),
     )
 }
@@ -276,12 +292,15 @@ def _figures(result: SlamResult) -> dict[str, float]:
         "odometry_mean": total.errors["odometry"].mean,
         "ratio": total.ratio,
         "size_ratio": total.size_ratio["estimate"],
+        "worse": float(total.ratio > 1 + WORSE),
+        "placed": float(np.mean(result.map_of_walk == 0)),
         "loops": float(len(result.loops.kept)),
         "bssids": samples.rss_dbm.nnz / len(samples),
         "scans": float(len(samples)),
         "recording_s": float(np.sum(samples.time_s[last] - samples.time_s[first])),
         **stages,
         "seconds": sum(stages.values()),
+        "all_s": sum(seconds.values()),
     }
 
 
