@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 
 REPOSITORY = Path(__file__).resolve().parent.parent
-PAGE = REPOSITORY / "docs" / "results.md"
+PAGES = [REPOSITORY / "docs" / name for name in ("results.md", "positioning.md")]
 BLOCK = re.compile(r"<!-- (radioslam experiment [^\n]*) -->\n.*?<!-- end -->", re.DOTALL)
 
 
@@ -24,8 +24,8 @@ def table_of(command: str) -> str:
     return subprocess.run([script, *words[1:]], check=True, text=True, stdout=subprocess.PIPE).stdout
 
 
-def main(word: str = "") -> None:
-    page = PAGE.read_text("utf-8")
+def renew(path: Path, word: str) -> None:
+    page = path.read_text("utf-8")
     for command in BLOCK.findall(page):
         if word not in command:
             continue
@@ -34,7 +34,12 @@ def main(word: str = "") -> None:
         head = f"<!-- {command} -->\n"
         before, _, rest = page.partition(head)
         page = f"{before}{head}{table.strip()}\n<!-- end -->{rest.partition('<!-- end -->')[2]}"
-        PAGE.write_text(page, "utf-8")
+        path.write_text(page, "utf-8")
+
+
+def main(word: str = "") -> None:
+    for path in PAGES:
+        renew(path, word)
 
 
 if __name__ == "__main__":

@@ -272,7 +272,8 @@ def experiment(
     name: Annotated[
         str,
         typer.Argument(
-            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, few-walks, crowd-size or positioning."
+            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, crowd-size, few-walks or "
+            "positioning."
         ),
     ],
     data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
