@@ -1,6 +1,7 @@
 """How the time to map a crowd grows with the crowd: the mall's floor F1 in parts, whole, and walked twice over.
 
-Reference in the same run is the odometry of the same walks, which every mapping needs and which grows with their number.
+Reference in the same run is the odometry of the same walks, which every mapping needs and which grows with their
+number.
 Reading the logs is not counted.
 """
 
