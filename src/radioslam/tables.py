@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -52,6 +53,12 @@ def _remarks(summary: Mapping[str, Any]) -> list[str]:
         f"optimizer {verdict} after {solver['iterations']} iterations",
         "seconds: " + ", ".join(f"{step} {seconds:.2f}" for step, seconds in summary["seconds"].items()),
     ]
+    found = []
+    if solver["radio_lag_s"] is not None:
+        found.append(f"scans hold what was heard {solver['radio_lag_s']:.1f} s before")
+    if solver["axis_rad"] is not None:
+        found.append(f"the building's axes lie at {math.degrees(solver['axis_rad']):.0f}° from x")
+    lines += ["; ".join(found)] if found else []
     if summary.get("peak_memory_mb"):
         lines.append(f"peak memory {summary['peak_memory_mb']:.0f} MB")
     if summary["untied"]:
