@@ -63,17 +63,19 @@ def _remarks(summary: Mapping[str, Any]) -> list[str]:
         lines.append(f"peak memory {summary['peak_memory_mb']:.0f} MB")
     if summary["untied"]:
         lines.append(
-            f"not tied to the largest map, each part in a frame of its own: {', '.join(untied_walks(summary))}"
+            f"not tied to the largest map, each part in a frame of its own: {'; '.join(untied_walks(summary))}"
         )
     lines += [f"skipped {skip['path']}: {skip['reason']}" for skip in summary["skipped"]]
     return lines
 
 
 def untied_walks(summary: Mapping[str, Any]) -> list[str]:
-    """Names of the walks that are not in the largest map, each with the reason where one is known."""
-    reasons = {row["name"]: row.get("reason") for row in summary.get("walks", [])}
-    names = summary.get("untied") or []
-    return [f"{name} ({reasons[name]})" if reasons.get(name) else name for name in names]
+    """Names of the walks that are not in the largest map, those of one reason together with it."""
+    reason = {row["name"]: row.get("reason") or "" for row in summary.get("walks", [])}
+    together: dict[str, list[str]] = {}
+    for name in summary.get("untied") or []:
+        together.setdefault(reason.get(name, ""), []).append(name)
+    return [", ".join(names) + (f" ({why})" if why else "") for why, names in together.items()]
 
 
 def walk_facts(walk: Walk) -> dict[str, Any]:
