@@ -5,6 +5,7 @@ import pytest
 
 from radioslam import planar
 from radioslam.config import load_config
+from radioslam.errors import MappingError
 from radioslam.evaluation import evaluate
 from radioslam.simulator import simulate
 from radioslam.slam import map_walks
@@ -43,3 +44,10 @@ def test_labels_are_those_of_the_least_cost_on_a_tree():
 
 def test_walks_without_loops_are_left_as_they_are():
     assert best_labels(np.zeros((0, 2), np.int64), np.zeros((0, 5, 5)), 3).tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("starts", ["unknown", "mixed"])
+def test_without_starts_headings_must_be_known(starts):
+    config = load_config(overrides=["merging.heading=unknown", f"merging.starts={starts}"], environment={})
+    with pytest.raises(MappingError, match="expected known or common starts where headings are unknown"):
+        map_walks(simulate("office", seed=1), config)

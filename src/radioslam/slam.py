@@ -48,9 +48,15 @@ def map_walks(
         progress: called with the name of each step as it begins.
 
     Raises:
-        MappingError: no walks, two walks of one name, walks of several floors, or nothing to learn from or to tie.
+        MappingError: no walks, two walks of one name, walks of several floors, nothing to learn from or to tie, or
+            neither starts nor headings known.
     """
     config = config or load_config()
+    if config.merging.heading == "unknown" and config.merging.starts in FOUND_STARTS:
+        raise MappingError(
+            f"expected known or common starts where headings are unknown, found {config.merging.starts}; "
+            "each walk is turned about its start"
+        )
     walks = _in_order(walks)
     clock = _Stopwatch(progress)
     with clock("odometry"):
