@@ -94,7 +94,6 @@ def test_the_slow_average_leaves_aside_what_is_far_from_the_rest():
     difference[: round(25 * RATE_HZ)] = np.random.default_rng(0).uniform(-10, 10, round(25 * RATE_HZ))
     average = slow_average(difference, 60.0)
     assert np.abs(average[round(40 * RATE_HZ) :] - 0.5).max() < np.radians(3.0)
-    assert np.abs(np.mean(difference) - 0.5) > 0.0
 
 
 @pytest.mark.parametrize("samples", [1, 10, 26, 500])

@@ -113,7 +113,8 @@ class NormalEquations:
                 return step
             self.may_iterate = self.iterates = False
         step = np.asarray(self._factorise(damped).solve(-gradient))
-        self.iterates = self.may_iterate and self.fill() > FILL
+        if self.may_iterate:  # the pattern, and with it the fill, stays what it is
+            self.may_iterate = self.iterates = self.fill() > FILL
         return step
 
     def fill(self) -> float:
