@@ -12,13 +12,16 @@ from scipy import sparse
 from typer.testing import CliRunner
 
 from radioslam.cli import app
+from radioslam.config import load_config
 from radioslam.coverage import access_point_positions, cover, walk_next
 from radioslam.errors import ResultError
+from radioslam.formats import read_walks
 from radioslam.georeference import georeferenced, parse_point, to_wgs84
 from radioslam.heat_maps import heat_map_figure
 from radioslam.map_export import export_map, geojson, merge
 from radioslam.map_health import find_unhealthy, locally_administered, trust
 from radioslam.radio_map import RadioMap
+from radioslam.slam import map_walks
 from tests.radio import STATIONS, hall, scan_of
 
 SAMPLES, TRUTH = hall(np.random.default_rng(0), 300)
@@ -52,8 +55,31 @@ def test_unhealthy_access_points_are_found_with_their_reason(kind, strong):
     assert finding.reason
 
 
-def test_an_access_point_that_stays_is_healthy():
-    assert not find_unhealthy(with_access_point(CORRIDOR, np.abs(CORRIDOR[:, 0] - 60) < 6))
+@pytest.mark.parametrize("reach_m", [6, 60])
+def test_an_access_point_that_stays_is_healthy_however_far_it_is_strong(reach_m):
+    assert not find_unhealthy(with_access_point(CORRIDOR, np.abs(CORRIDOR[:, 0] - 60) < reach_m))
+
+
+def test_clocks_that_all_begin_at_zero_tell_no_earlier_and_later():
+    moved = with_access_point(CORRIDOR, np.abs(CORRIDOR[:, 0] - np.where(NUMBER < 6, 40, 70)) < 6)
+    assert [finding.kind for finding in find_unhealthy(moved)] == ["moved"]
+    assert not find_unhealthy(replace(moved, time_s=moved.time_s % 30))
+
+
+@pytest.mark.real_data
+def test_no_access_point_of_a_mall_is_set_aside_until_one_is_moved(data_folder):
+    """Two access points of one name, one heard by the earlier walks, the other by the later ones."""
+    samples = map_walks(
+        read_walks([data_folder / "indoor-location-20" / "site1" / "F4"]),
+        load_config(overrides=["merging.starts=known", "optimizer.standard_deviations=false"], environment={}),
+    ).radio_map
+    assert not find_unhealthy(samples)
+    one, other = (samples.transmitters.index(name) for name in ("1e:74:9c:2e:ad:eb", "1e:74:9c:2e:b0:a3"))
+    late = samples.time_s > np.median(samples.time_s)
+    columns = samples.rss_dbm.tolil()
+    columns[late, one] = columns[late, other]
+    moved = replace(samples, rss_dbm=columns.tocsr())
+    assert [finding.transmitter for finding in find_unhealthy(moved)] == [samples.transmitters[one]]
 
 
 def test_local_addresses_are_weighed_not_dropped():
