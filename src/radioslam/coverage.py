@@ -1,29 +1,33 @@
-"""The field on a grid: where the map is good, which access point is strongest, where they stand, where to walk next."""
+"""A radio map on a grid: where it is good, which access point is strongest, where to walk next."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from radioslam.annotated_samples import AnnotatedSamples
 from radioslam.config import FieldConfig
-from radioslam.field import Field, build_field
+from radioslam.field import StrengthMap, build_field
 from radioslam.radio_map import RadioMap
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
+Form = Literal["samples", "field"]
 
 REACH_M = 8.0
 """The grid goes so far from where people walked."""
-STRONG_DBM = -65.0
+HEARD = 0.5
+"""Where at least so many scans hear an access point, it counts as heard."""
 
 
 @dataclass(frozen=True)
 class Coverage:
     """On a grid of q places within reach of the walks: ``positions_xy`` (q, 2), ``mean_dbm`` (q, m), ``detection``
-    (q, m), ``strongest`` (q,) column, and ``uncertainty`` (q,) the median σ (dB) of the field.
+    (q, m), ``strongest`` (q,) column or -1 where none is heard, and ``uncertainty`` (q,) the median σ in dB.
     """
 
     positions_xy: Array
@@ -33,9 +37,15 @@ class Coverage:
     uncertainty: Array
 
 
-def field_of(samples: RadioMap, config: FieldConfig | None = None) -> Field:
-    """The field of a map's samples."""
-    return build_field(samples.poses[:, :2], samples.sigma_m, samples.rss_dbm, config or FieldConfig())
+def strength_map(samples: RadioMap, form: Form = "field") -> StrengthMap:
+    """A map's samples in one of its two forms: themselves, annotated (the paper's), or the field learned from them.
+
+    Raises:
+        MappingError: nothing was heard.
+    """
+    if form == "samples":
+        return AnnotatedSamples(samples.poses[:, :2], samples.rss_dbm)
+    return build_field(samples.poses[:, :2], samples.sigma_m, samples.rss_dbm, FieldConfig())
 
 
 def grid(positions_xy: Array, step_m: float, reach_m: float = REACH_M) -> Array:
@@ -46,12 +56,15 @@ def grid(positions_xy: Array, step_m: float, reach_m: float = REACH_M) -> Array:
     return places[cKDTree(positions_xy).query(places)[0] <= reach_m]
 
 
-def cover(samples: RadioMap, step_m: float = 2.0, columns: Integers | None = None) -> Coverage:
-    """The field of some access points, default all, on a grid of ``step_m``."""
+def cover(
+    samples: RadioMap, step_m: float = 2.0, columns: Integers | None = None, form: Form = "field"
+) -> Coverage:
+    """Some access points, default all, of one floor on a grid of ``step_m``."""
     places = grid(samples.poses[:, :2], step_m)
-    at = field_of(samples).predict(places, columns)
-    heard = np.where(at.detection >= 0.5, at.mean_dbm, -np.inf)
-    return Coverage(places, at.mean_dbm, at.detection, heard.argmax(axis=1), np.median(at.sigma_db, axis=1))
+    at = strength_map(samples, form).predict(places, columns)
+    heard = np.where(at.detection >= HEARD, at.mean_dbm, -np.inf)
+    strongest = np.where(np.isfinite(heard.max(axis=1)), heard.argmax(axis=1), -1)
+    return Coverage(places, at.mean_dbm, at.detection, strongest, np.median(at.sigma_db, axis=1))
 
 
 def walk_next(samples: RadioMap, count: int = 10) -> list[tuple[float, float, float]]:
@@ -65,24 +78,3 @@ def walk_next(samples: RadioMap, count: int = 10) -> list[tuple[float, float, fl
         if len(chosen) == count:
             break
     return chosen
-
-
-def access_point_positions(samples: RadioMap) -> dict[str, tuple[float, float, float]]:
-    """x, y and spread (m) of access points by the centroid of strong readings, weighted by received power.
-
-    Only those with three strong readings of two walks; others would be a guess.
-    """
-    columns = samples.rss_dbm.tocsc()
-    found = {}
-    for k, name in enumerate(samples.transmitters):
-        part = slice(columns.indptr[k], columns.indptr[k + 1])
-        rows, rss = columns.indices[part], columns.data[part]
-        strong = rss >= STRONG_DBM
-        if strong.sum() < 3 or len(np.unique(samples.walk[rows[strong]])) < 2:
-            continue
-        weight = 10 ** (rss[strong] / 20)
-        xy = samples.poses[rows[strong], :2]
-        centre = weight @ xy / weight.sum()
-        spread = np.sqrt(weight @ np.sum((xy - centre) ** 2, axis=1) / weight.sum())
-        found[name] = (float(centre[0]), float(centre[1]), float(spread))
-    return found

@@ -1,4 +1,4 @@
-"""Heat maps of the field: PNG by matplotlib, and the report's figure with a chooser for the access point."""
+"""Heat maps of a radio map: PNG by matplotlib, and the report's figure with a chooser for the access point."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from radioslam.coverage import cover
+from radioslam.coverage import Form, cover
 from radioslam.errors import ResultError
 from radioslam.radio_map import RadioMap
 
@@ -28,26 +28,29 @@ def _only(samples: RadioMap, columns: list[int]) -> RadioMap:
     return replace(samples, rss_dbm=samples.rss_dbm[:, columns].tocsr(), transmitters=names)
 
 
-def save_heat_map_png(samples: RadioMap, path: Path, transmitter: str | None = None) -> None:
-    """Mean strength and its standard deviation of one access point, default the one heard most, 1440 px wide.
+def save_heat_map_png(samples: RadioMap, path: Path, transmitter: str | None = None, form: Form = "field") -> None:
+    """Mean strength and probability of being heard of one access point, default the one heard most, 1440 px wide.
+
+    Of a map of several floors the one that heard it most is shown.
 
     Raises:
         ResultError: matplotlib is not installed, or the map does not know the access point.
+        MappingError: nothing was heard.
     """
     from radioslam.images import IMAGE_DPI, plan_axes
 
     if transmitter is not None and transmitter not in samples.transmitters:
-        raise ResultError(f"expected an access point of the map, found {transmitter!r}")
+        raise ResultError(f"expected an access point of the map, found {transmitter!r}; see radioslam access-points")
     one = most_heard(samples, 1) if transmitter is None else _only(samples, [samples.transmitters.index(transmitter)])
-    one = one.select(one.map == 0)
-    coverage = cover(one, step_m=1.0)
+    floor, one = max(one.by_floor(), key=lambda part: part[1].rss_dbm.nnz)
+    coverage = cover(one, step_m=1.0, form=form)
     figure, axes = plan_axes(one.poses, 2)
     views = (
         ("mean strength", coverage.mean_dbm[:, 0], "dBm"),
         ("probability of being heard", coverage.detection[:, 0], ""),
     )
     for axis, (title, values, unit) in zip(axes, views, strict=True):
-        axis.set_title(f"{one.transmitters[0]}: {title}")
+        axis.set_title(f"{one.transmitters[0]}{floor and f', floor {floor}'}: {title}")
         dots = axis.scatter(*coverage.positions_xy.T, c=values, s=6, marker="s", linewidths=0, cmap="viridis")
         axis.scatter(*one.poses[:, :2].T, s=0.3, color="black")
         figure.colorbar(dots, ax=axis, label=unit, fraction=0.04)

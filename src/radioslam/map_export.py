@@ -11,31 +11,40 @@ from pathlib import Path
 import numpy as np
 from scipy import sparse
 
+from radioslam.coverage import HEARD, Form, grid, strength_map
 from radioslam.errors import ResultError
+from radioslam.map_geojson import geojson
 from radioslam.radio_map import RadioMap
 
 KINDS = (".parquet", ".csv", ".geojson", ".png")
+GRID_M = 2.0
 
 
-def export_map(radio_map: RadioMap, path: Path, transmitter: str | None = None) -> None:
+def export_map(
+    radio_map: RadioMap, path: Path, transmitter: str | None = None, form: Form | None = None
+) -> None:
     """Write by the ending of ``path``; ``transmitter`` chooses the heat map.
 
+    ``form``: the annotated samples or the field on a grid; default the field for a heat map, else the samples.
+
     Raises:
-        ResultError: unknown ending, unknown access point, or the disk refuses.
+        ResultError: unknown ending or access point, the field as Parquet, or the disk refuses.
     """
     if path.suffix not in KINDS:
         raise ResultError(f"{path}: expected an ending of {', '.join(KINDS)}, found {path.suffix!r}")
+    if path.suffix == ".parquet" and form == "field":
+        raise ResultError(f"{path}: expected --form samples for .parquet, found field; write the field as .csv")
     try:
         if path.suffix == ".parquet":
             radio_map.save(path)
         elif path.suffix == ".csv":
-            _write_csv(radio_map, path)
+            (_write_field_csv if form == "field" else _write_csv)(radio_map, path)
         elif path.suffix == ".geojson":
-            path.write_text(json.dumps(geojson(radio_map)), "utf-8")
+            path.write_text(json.dumps(geojson(radio_map, form or "samples")), "utf-8")
         else:
             from radioslam.heat_maps import save_heat_map_png
 
-            save_heat_map_png(radio_map, path, transmitter)
+            save_heat_map_png(radio_map, path, transmitter, form or "field")
     except OSError as error:
         raise ResultError(f"{path}: could not be written: {error.strerror or error}") from None
 
@@ -54,27 +63,21 @@ def _write_csv(radio_map: RadioMap, path: Path) -> None:
             writer.writerow([walk, time_s, f"{x:.3f}", f"{y:.3f}", f"{sigma:.3f}", floors[row], name, f"{rss:g}"])
 
 
-def geojson(radio_map: RadioMap) -> dict[str, object]:
-    """A point per sample: longitude and latitude (RFC 7946) where the map is georeferenced, else local metres."""
-    from radioslam.georeference import to_wgs84
-
-    local = radio_map.poses[:, :2]
-    placed = local if radio_map.georeference is None else to_wgs84(radio_map, local)[:, ::-1]
-    features = []
-    for k in range(len(radio_map)):
-        part = slice(*radio_map.rss_dbm.indptr[k : k + 2])
-        names = (radio_map.transmitters[c] for c in radio_map.rss_dbm.indices[part])
-        properties = {
-            "walk": radio_map.walks[radio_map.walk[k]],
-            "floor": str(radio_map.floor_of_sample[k]) if radio_map.floors else "",
-            "x_m": float(local[k, 0]),
-            "y_m": float(local[k, 1]),
-            "rssi_dbm": dict(zip(names, radio_map.rss_dbm.data[part].tolist(), strict=True)),
-        }
-        geometry = {"type": "Point", "coordinates": placed[k].tolist()}
-        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
-    frame = "local metres" if radio_map.georeference is None else "WGS84"
-    return {"type": "FeatureCollection", "frame": frame, "features": features}
+def _write_field_csv(radio_map: RadioMap, path: Path) -> None:
+    """A row per place of the field and access point that most scans there hear."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["x_m", "y_m", "floor", "transmitter", "mean_dbm", "sigma_db", "detection", "strongest"])
+        for floor, part in radio_map.by_floor():
+            places = grid(part.poses[:, :2], GRID_M)
+            at = strength_map(part, "field").predict(places)
+            heard = at.detection >= HEARD
+            best = np.where(heard, at.mean_dbm, -np.inf).argmax(axis=1)
+            for row, column in np.argwhere(heard).tolist():
+                x, y = places[row]
+                name, strongest = part.transmitters[column], int(best[row] == column)
+                numbers = (f"{table[row, column]:.2f}" for table in (at.mean_dbm, at.sigma_db, at.detection))
+                writer.writerow([f"{x:.1f}", f"{y:.1f}", floor, name, *numbers, strongest])
 
 
 def merge(maps: Sequence[RadioMap], floors: Sequence[str] | None = None) -> RadioMap:

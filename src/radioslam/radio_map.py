@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -76,6 +76,12 @@ class RadioMap:
     def floor_of_sample(self) -> NDArray[np.str_]:
         """(n,) label of the floor, "" where it has none."""
         return np.array(self.floors or [""] * len(self.walks), dtype=np.str_)[self.walk]
+
+    def by_floor(self) -> Iterator[tuple[str, RadioMap]]:
+        """Label and samples of each floor, those of its largest map; one floor "" where they have no names."""
+        main = self.select(self.map == 0)
+        labels = main.floor_of_sample
+        return ((str(floor), main.select(labels == floor)) for floor in np.unique(labels))
 
     def select(self, rows: NDArray[np.bool_] | Integers) -> RadioMap:
         """The samples that a mask (n,) or an index array picks; walks and access points keep their numbers."""
