@@ -9,14 +9,17 @@ in P and n, which are integrated out in closed form at every candidate position 
 
     log p(r | a) = -½ (ω rᵀr / s² - bᵀ A⁻¹ b) - ½ log |A| - ω k log s,   A = Λ + ω XᵀX / s²,   b = ω Xᵀr / s²,
 
-r without its prior mean, Λ the prior precision; s is summed over a few values, and ω is the evidence in one square, whose
-neighbours share its shadowing. Mean and deviation over the grid are the answer; that of the samples' own positions is
-added.
+r without its prior mean, Λ the prior precision; s is summed over a few values, and ω is the evidence in one square,
+whose neighbours share its shadowing. Mean and deviation over the grid are the answer; the deviation of the samples' own
+positions is added.
 """
 
 from __future__ import annotations
 
+import csv
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +28,9 @@ from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 from scipy.special import logsumexp
 
+from radioslam.map_health import find_unhealthy
 from radioslam.radio_map import RadioMap
+from radioslam.whole_files import whole_file
 
 Array = NDArray[np.float64]
 
@@ -46,12 +51,15 @@ GRID_M = 2.0
 REACH_M = 24.0
 """Candidates lie so far from where people walked."""
 LEAST_PLACES = 5
-MOST_PLACES = 150
+MOST_PLACES = 80
 """The strongest of them tell the most."""
 OUTSIDE_SHARE = 0.2
 """With so much probability at the rim of the candidates it stands beyond them."""
 MAX_SIGMA_M = 12.0
 """A vaguer position is none."""
+
+
+COLUMNS = ("bssid", "floor", "samples", "strongest_dbm", "x_m", "y_m", "sigma_m", "health", "position")
 
 
 @dataclass(frozen=True)
@@ -79,26 +87,25 @@ def access_points(samples: RadioMap) -> tuple[AccessPoint, ...]:
     return tuple(point for floor, part in samples.by_floor() for point in _of_floor(floor, part))
 
 
-def _of_floor(floor: str, samples: RadioMap) -> list[AccessPoint]:
+def _of_floor(floor: str, samples: RadioMap) -> Iterator[AccessPoint]:
     square = np.unique(np.floor(samples.poses[:, :2] / SQUARE_M), axis=0, return_inverse=True)[1].ravel()
     places = _mean_by(square, samples.poses[:, :2])
     candidates, rim = _candidates(places)
+    log_distance = -5 * np.log10(cdist(places, candidates, "sqeuclidean") + HEIGHT_M**2)
     blur_m = float(np.median(np.nan_to_num(samples.sigma_m)))
-    log_distance = -5 * np.log10(cdist(candidates, places, "sqeuclidean") + HEIGHT_M**2)
     columns = samples.rss_dbm.tocsc()
-    points = []
     for k in np.flatnonzero(np.diff(columns.indptr)):
         part = slice(columns.indptr[k], columns.indptr[k + 1])
         rss = columns.data[part]
         heard, of_reading = np.unique(square[columns.indices[part]], return_inverse=True)
-        place = (None, np.nan, f"heard in {len(heard)} places, {LEAST_PLACES} are needed")
+        position: tuple[float, float] | None = None
+        sigma_m, reason = np.nan, f"heard in {len(heard)} of {LEAST_PLACES} places that are needed"
         if len(heard) >= LEAST_PLACES:
             mean = _mean_by(of_reading, rss[:, None])[:, 0]
-            chosen = np.argsort(-mean, kind="stable")[:MOST_PLACES]
-            log_posterior = log_evidence(log_distance[:, heard[chosen]], mean[chosen])
-            place = _place(candidates, rim, log_posterior, blur_m)
-        points.append(AccessPoint(samples.transmitters[k], floor, len(rss), float(rss.max()), *place))
-    return points
+            chosen = np.sort(np.argsort(-mean, kind="stable")[:MOST_PLACES])
+            log_posterior = log_evidence(log_distance[heard[chosen]], mean[chosen])
+            position, sigma_m, reason = _place(candidates, rim, log_posterior, blur_m)
+        yield AccessPoint(samples.transmitters[k], floor, len(rss), float(rss.max()), position, sigma_m, reason)
 
 
 def _mean_by(group: NDArray[np.int64], values: Array) -> Array:
@@ -119,12 +126,12 @@ def _candidates(places_xy: Array) -> tuple[Array, NDArray[np.bool_]]:
 
 
 def log_evidence(log_distance: Array, rss_dbm: Array) -> Array:
-    """log p(r | a) (q,) up to a constant, of mean strengths (k,) and ``log_distance`` (q, k): -10 log10 of metres."""
-    residual = rss_dbm - POWER_DBM - EXPONENT * log_distance
-    k = len(rss_dbm)
-    moments = (log_distance.sum(axis=1), np.einsum("qk,qk->q", log_distance, log_distance))
-    pulls = (residual.sum(axis=1), np.einsum("qk,qk->q", log_distance, residual))
-    squares = np.einsum("qk,qk->q", residual, residual)
+    """log p(r | a) (q,) up to a constant, of mean strengths (k,) and ``log_distance`` (k, q): -10 log10 of metres."""
+    k, above = len(rss_dbm), rss_dbm - POWER_DBM
+    sums, products = np.stack([np.ones(k), above]) @ log_distance
+    moments = (sums, np.einsum("kq,kq->q", log_distance, log_distance))
+    pulls = (above.sum() - EXPONENT * sums, products - EXPONENT * moments[1])
+    squares = above @ above - 2 * EXPONENT * products + EXPONENT**2 * moments[1]
     evidence = []
     for s in SHADOWING_DB:
         w = EVIDENCE / s**2
@@ -149,3 +156,25 @@ def _place(
     if sigma_m > MAX_SIGMA_M:
         return None, np.nan, f"known to {sigma_m:.0f} m only"
     return (float(x), float(y)), sigma_m, ""
+
+
+def as_rows(samples: RadioMap) -> list[dict[str, str]]:
+    """The access points of a map as rows of ``COLUMNS``, most samples first: position and health, or what is wrong."""
+    health = {finding.transmitter: f"{finding.kind}: {finding.reason}" for finding in find_unhealthy(samples)}
+    rows = []
+    for point in sorted(access_points(samples), key=lambda point: -point.samples):
+        x, y = point.position_xy or (None, None)
+        numbers = (x, y, None if x is None else point.sigma_m)
+        texts = ("" if number is None else f"{number:.1f}" for number in numbers)
+        head = (point.transmitter, point.floor, f"{point.samples}", f"{point.strongest_dbm:.0f}")
+        tail = (health.get(point.transmitter, "good"), point.reason or "found")
+        rows.append(dict(zip(COLUMNS, (*head, *texts, *tail), strict=True)))
+    return rows
+
+
+def write_csv(rows: Sequence[Mapping[str, str]], path: Path) -> None:
+    """Write what ``as_rows`` gives, whole or not at all."""
+    with whole_file(path) as partial, partial.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS)
+        writer.writeheader()
+        writer.writerows(rows)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam.cli_positioning import register
+from radioslam.cli_positioning import register, show
 from radioslam.errors import LogError, RadioSlamError
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def map_command(
     elif not quiet:
         from radioslam import tables
 
-        _show(tables.summary_table(summary))
+        show(tables.summary_table(summary))
         typer.echo(tables.written(out))
 
 
@@ -153,7 +153,7 @@ def info(
         typer.echo(json.dumps(facts, indent=1))
     else:
         for one in facts:
-            _show(tables.facts_table(one))
+            show(tables.facts_table(one))
 
 
 @app.command()
@@ -162,7 +162,7 @@ def formats() -> None:
     from radioslam import tables
     from radioslam.formats import FORMATS
 
-    _show(tables.formats_table([(format.name, format.title) for format in FORMATS]))
+    show(tables.formats_table([(format.name, format.title) for format in FORMATS]))
 
 
 @app.command("config")
@@ -264,7 +264,7 @@ def evaluate(
     elif as_markdown or as_latex:
         typer.echo((evaluation_tables.markdown if as_markdown else evaluation_tables.latex)(judged), nl=False)
     else:
-        _show(evaluation_tables.terminal(judged))
+        show(evaluation_tables.terminal(judged))
 
 
 @app.command()
@@ -372,16 +372,6 @@ def _progress(quiet: bool) -> Iterator[Tell]:
             bar.update(task, description=text, completed=done or 0, total=total)
 
         yield tell
-
-
-def _show(table: Any) -> None:
-    from rich.console import Console
-
-    console = Console()
-    # Piped into a file, a table is as wide as it needs to be.
-    if not console.is_terminal:
-        console = Console(width=160)
-    console.print(table)
 
 
 def main() -> None:

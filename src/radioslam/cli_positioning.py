@@ -1,10 +1,10 @@
-"""Commands that use a map: locate, track, health, coverage, export, merge, georeference; registered by ``cli.py``."""
+"""Commands that use a map: where scans and walks are, what is in it, and in which forms it leaves."""
 
 from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -20,7 +20,17 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     for command in (locate, track, health, coverage, export, georeference):
         app.command()(command)
+    app.command("access-points")(access_points)
     app.command("merge-maps")(merge_maps)
+
+
+def show(table: Any) -> None:
+    """Print a table; piped into a file, it is as wide as it needs to be."""
+    from rich.console import Console
+
+    console = Console()
+    console = console if console.is_terminal else Console(width=160)
+    console.print(table)
 
 
 def load_map(path: Path) -> RadioMap:
@@ -67,24 +77,44 @@ def health(map: Map) -> None:
         typer.echo(f"{finding.transmitter}\t{finding.kind}\t{finding.reason}")
 
 
+def access_points(
+    map: Map,
+    csv: Annotated[Path | None, typer.Option("--csv", help="File to write instead of printing the table.")] = None,
+) -> None:
+    """Each access point: how often and how strongly it was heard, where it stands or why that is unknown, health."""
+    from radioslam.access_points import as_rows, write_csv
+    from radioslam.tables import access_point_table
+
+    rows = as_rows(load_map(map))
+    if csv is not None:
+        write_csv(rows, csv)
+    else:
+        show(access_point_table(rows))
+
+
 def coverage(map: Map) -> None:
     """Where somebody should walk next: the least certain places within reach, as CSV."""
     from radioslam.coverage import walk_next
 
-    typer.echo("x_m,y_m,uncertainty")
-    for x, y, uncertainty in walk_next(load_map(map)):
-        typer.echo(f"{x:.1f},{y:.1f},{uncertainty:.2f}")
+    typer.echo("x_m,y_m,floor,sigma_db")
+    for floor, samples in load_map(map).by_floor():
+        for x, y, sigma_db in walk_next(samples):
+            typer.echo(f"{x:.1f},{y:.1f},{floor},{sigma_db:.2f}")
 
 
 def export(
     map: Map,
     out: Out,
     ap: Annotated[str | None, typer.Option(help="Access point of a heat map; default: the one heard most.")] = None,
+    form: Annotated[
+        str | None, typer.Option(help="samples or field; default: the field for .png, else the samples.")
+    ] = None,
 ) -> None:
     """Write the map as .parquet, .csv, .geojson, or a heat map as .png."""
+    from radioslam.coverage import checked_form
     from radioslam.map_export import export_map
 
-    export_map(load_map(map), out, ap)
+    export_map(load_map(map), out, ap, None if form is None else checked_form(form))
 
 
 def merge_maps(

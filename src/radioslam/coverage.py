@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from radioslam.annotated_samples import AnnotatedSamples
 from radioslam.config import FieldConfig
+from radioslam.errors import ConfigError
 from radioslam.field import StrengthMap, build_field
 from radioslam.radio_map import RadioMap
 
@@ -37,6 +38,17 @@ class Coverage:
     uncertainty: Array
 
 
+def checked_form(name: str) -> Form:
+    """The form of this name.
+
+    Raises:
+        ConfigError: there is none.
+    """
+    if name not in ("samples", "field"):
+        raise ConfigError(f"unknown form {name!r}; expected samples or field")
+    return "samples" if name == "samples" else "field"
+
+
 def strength_map(samples: RadioMap, form: Form = "field") -> StrengthMap:
     """A map's samples in one of its two forms: themselves, annotated (the paper's), or the field learned from them.
 
@@ -56,9 +68,7 @@ def grid(positions_xy: Array, step_m: float, reach_m: float = REACH_M) -> Array:
     return places[cKDTree(positions_xy).query(places)[0] <= reach_m]
 
 
-def cover(
-    samples: RadioMap, step_m: float = 2.0, columns: Integers | None = None, form: Form = "field"
-) -> Coverage:
+def cover(samples: RadioMap, step_m: float = 2.0, columns: Integers | None = None, form: Form = "field") -> Coverage:
     """Some access points, default all, of one floor on a grid of ``step_m``."""
     places = grid(samples.poses[:, :2], step_m)
     at = strength_map(samples, form).predict(places, columns)
@@ -68,7 +78,7 @@ def cover(
 
 
 def walk_next(samples: RadioMap, count: int = 10) -> list[tuple[float, float, float]]:
-    """Places (x, y, σ in dB) where the map knows least, at least ``REACH_M`` apart, the worst first."""
+    """Places (x, y, σ in dB) of one floor where the map knows least, at least ``REACH_M`` apart, the worst first."""
     coverage = cover(samples, step_m=2.0)
     chosen: list[tuple[float, float, float]] = []
     for k in np.argsort(-coverage.uncertainty, kind="stable"):

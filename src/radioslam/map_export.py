@@ -15,14 +15,13 @@ from radioslam.coverage import HEARD, Form, grid, strength_map
 from radioslam.errors import ResultError
 from radioslam.map_geojson import geojson
 from radioslam.radio_map import RadioMap
+from radioslam.whole_files import whole_file
 
 KINDS = (".parquet", ".csv", ".geojson", ".png")
 GRID_M = 2.0
 
 
-def export_map(
-    radio_map: RadioMap, path: Path, transmitter: str | None = None, form: Form | None = None
-) -> None:
+def export_map(radio_map: RadioMap, path: Path, transmitter: str | None = None, form: Form | None = None) -> None:
     """Write by the ending of ``path``; ``transmitter`` chooses the heat map.
 
     ``form``: the annotated samples or the field on a grid; default the field for a heat map, else the samples.
@@ -34,19 +33,17 @@ def export_map(
         raise ResultError(f"{path}: expected an ending of {', '.join(KINDS)}, found {path.suffix!r}")
     if path.suffix == ".parquet" and form == "field":
         raise ResultError(f"{path}: expected --form samples for .parquet, found field; write the field as .csv")
-    try:
+    with whole_file(path) as partial:
         if path.suffix == ".parquet":
-            radio_map.save(path)
+            radio_map.save(partial)
         elif path.suffix == ".csv":
-            (_write_field_csv if form == "field" else _write_csv)(radio_map, path)
+            (_write_field_csv if form == "field" else _write_csv)(radio_map, partial)
         elif path.suffix == ".geojson":
-            path.write_text(json.dumps(geojson(radio_map, form or "samples")), "utf-8")
+            partial.write_text(json.dumps(geojson(radio_map, form or "samples")), "utf-8")
         else:
             from radioslam.heat_maps import save_heat_map_png
 
-            save_heat_map_png(radio_map, path, transmitter, form or "field")
-    except OSError as error:
-        raise ResultError(f"{path}: could not be written: {error.strerror or error}") from None
+            save_heat_map_png(radio_map, partial, transmitter, form or "field")
 
 
 def _write_csv(radio_map: RadioMap, path: Path) -> None:

@@ -68,15 +68,19 @@ class _Passes:
 
 
 def find_unhealthy(samples: RadioMap) -> tuple[Finding, ...]:
-    """All findings of a map, by access point; the walks' own times tell what came later.
+    """All findings of the largest map, by floor and access point; the walks' own times tell what came later.
 
     Walks that overlap in time, such as those whose clocks all begin at zero, tell no earlier and later.
     """
+    return tuple(finding for _, part in samples.by_floor() for finding in _of_floor(part))
+
+
+def _of_floor(samples: RadioMap) -> Iterator[Finding]:
     begins_s, ends_s = _spans(samples)
-    findings = (
-        _of_eras(name, passes, begins_s, ends_s) or _travelling(name, passes) for name, passes in _passes(samples)
-    )
-    return tuple(finding for finding in findings if finding)
+    for name, passes in _passes(samples):
+        finding = _of_eras(name, passes, begins_s, ends_s) or _travelling(name, passes)
+        if finding:
+            yield finding
 
 
 def _spans(samples: RadioMap) -> tuple[Array, Array]:

@@ -7,8 +7,6 @@ Version 1 of the file had neither and is still read.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -21,6 +19,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from radioslam.errors import ResultError
+from radioslam.whole_files import whole_file
 
 if TYPE_CHECKING:
     from radioslam.positioning import Location
@@ -114,7 +113,8 @@ class RadioMap:
         ]
         facts = {"floors": self.floors, "georeference": self.georeference}
         metadata = {"radioslam_radio_map": str(FORMAT_VERSION), "radioslam_facts": json.dumps(facts)}
-        _write_whole(pa.Table.from_arrays(columns, schema=SCHEMA.with_metadata(metadata)), path)
+        with whole_file(path) as partial:
+            pq.write_table(pa.Table.from_arrays(columns, schema=SCHEMA.with_metadata(metadata)), partial)
 
     @staticmethod
     def load(path: Path) -> RadioMap:
@@ -134,20 +134,6 @@ class RadioMap:
                 "update radioslam or map the walks again"
             )
         return _from_table(table)
-
-
-def _write_whole(table: pa.Table, path: Path) -> None:
-    try:
-        handle, name = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.absolute().parent)
-        os.close(handle)
-        try:
-            pq.write_table(table, name)
-            Path(name).chmod(0o644)
-            Path(name).replace(path)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise ResultError(f"{path}: could not be written: {error.strerror or error}; nothing was changed") from None
 
 
 def _from_table(table: pa.Table) -> RadioMap:

@@ -17,6 +17,7 @@ from radioslam.results import SlamResult
 from radioslam.tables import untied_walks
 
 ERROR_COLUMNS = {"mean": "mean", "median": "median", "p95": "95 %", "max": "max"}
+LISTED_ACCESS_POINTS = 50
 
 
 def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> None:
@@ -31,7 +32,18 @@ def write_report(result: SlamResult, path: Path, summary: Mapping[str, Any]) -> 
 
     title, pages = "RadioSLAM report", importlib.resources.files("radioslam") / "pages"
     style, script = ((pages / name).read_text("utf-8") for name in ("report.css", "report.js"))
-    sections = (_lead, _facts, _paths, _uncertainty, _coverage, _heat_maps, _walks, _run, _configuration)
+    sections = (
+        _lead,
+        _facts,
+        _paths,
+        _uncertainty,
+        _coverage,
+        _heat_maps,
+        _access_points,
+        _walks,
+        _run,
+        _configuration,
+    )
     body = "\n".join(section(result, summary) for section in sections)
     path.write_text(
         f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
@@ -199,6 +211,26 @@ def _walk_cells(row: Mapping[str, Any]) -> list[tuple[str, str]]:
         ("placed to", metres(row.get("placed_sigma_m"))),
         *((key, metres(error.get(of, {}).get(key))) for of in ("estimate", "odometry") for key in ERROR_COLUMNS),
     ]
+
+
+def _access_points(result: SlamResult, summary: Mapping[str, Any]) -> str:
+    """Those heard most; all of them come from ``radioslam access-points``."""
+    from radioslam.access_points import COLUMNS, as_rows
+    from radioslam.heat_maps import most_heard
+
+    rows = as_rows(most_heard(result.radio_map, LISTED_ACCESS_POINTS))
+    if not rows:
+        return ""
+    titles = {"strongest_dbm": "strongest, dBm", "x_m": "x, m", "y_m": "y, m", "sigma_m": "σ, m"}
+    columns = [name for name in COLUMNS if any(row[name] for row in rows)]
+    head = _row([titles.get(name, name) for name in columns], "th")
+    body = "".join(_row([escape(row[name]) for name in columns]) for row in rows)
+    note = (
+        f"<p>The {count(len(rows), 'access point')} heard most. Where each stands is estimated from how its strength "
+        "falls with distance; σ is the standard deviation per axis.</p>"
+    )
+    table = f'<div class="scroll" tabindex="0"><table><thead>{head}</thead><tbody>{body}</tbody></table></div>'
+    return _section("access-points", "Access points", note + table)
 
 
 def _run(result: SlamResult, summary: Mapping[str, Any]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -140,6 +140,17 @@ def formats_table(rows: list[tuple[str, str]]) -> RenderableType:
     table.add_column("what it is")
     for name, title in rows:
         table.add_row(name, escape(title))
+    return table
+
+
+def access_point_table(rows: Sequence[Mapping[str, str]]) -> RenderableType:
+    """A row per access point, as ``access_points.as_rows`` gives them."""
+    placed = sum(row["position"] == "found" for row in rows)
+    table = Table(title=f"{len(rows)} access points, {placed} of known position", title_justify="left")
+    for name in rows[0] if rows else ():
+        table.add_column(name, justify="left" if name in ("bssid", "floor", "health", "position") else "right")
+    for row in rows:
+        table.add_row(*(escape(cell) for cell in row.values()))
     return table
 
 
