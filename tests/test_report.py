@@ -76,7 +76,8 @@ def test_needs_no_network(page: Page) -> None:
 def test_has_every_section(page: Page) -> None:
     assert page.open == []
     sections = [attributes["id"] for tag, attributes in page.elements if tag == "section"]
-    assert sections == ["paths", "uncertainty", "coverage", "heat-maps", "access-points", "walks", "run", "configuration"]
+    expected = ["paths", "uncertainty", "coverage", "heat-maps", "access-points", "walks", "run", "configuration"]
+    assert sections == expected
     assert len(page.figures()) == 4
     assert "peak memory 321 MB" in page.text("p")
 

@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam.cli_positioning import register, show
+from radioslam.cli_positioning import load_map, register, show
 from radioslam.errors import LogError, RadioSlamError
 
 if TYPE_CHECKING:
+    from radioslam.config import Config
+    from radioslam.results import SlamResult
     from radioslam.walk import Walk
 
 app = typer.Typer(
@@ -44,6 +46,10 @@ def map_command(
     logs: Logs,
     out: Out = Path("result"),
     starts: Annotated[str | None, typer.Option("--starts", help="common, known, unknown or mixed.")] = None,
+    into: Annotated[
+        Path | None,
+        typer.Option(metavar="MAP", help="A map in which the walks, of unknown start, are found; both become one map."),
+    ] = None,
     heading: Annotated[
         str | None, typer.Option("--heading", help="device, or unknown: phones carried at any angle.")
     ] = None,
@@ -61,19 +67,23 @@ def map_command(
 ) -> None:
     """Map walks: corrected paths, loops, radio map and report."""
     from radioslam.config import load_config
+    from radioslam.errors import ConfigError
     from radioslam.result_folder import check_target
 
     named = {"merging.starts": starts, "merging.heading": heading}
     overrides = [*(set_ or []), *(f"{key}={value}" for key, value in named.items() if value)]
     effective = load_config(preset, config, overrides)
-    check_target(out, force, logs)
+    if into is not None and (starts not in (None, "unknown") or heading == "unknown"):
+        raise ConfigError("expected --starts unknown and headings of the device with --into; the map gives the starts")
+    check_target(out, force, [*logs, into] if into else logs)
     skipped: list[LogError] = []
     started = time.perf_counter()
     with _progress(quiet or as_json) as tell:
         walks = _read(logs, format, simulate_odometry, skipped if keep_going else None, tell)
         reading_s = time.perf_counter() - started
         tell("mapping", None, None)
-        summary = _map_and_save(walks, effective, out, force, reading_s, skipped, tell)
+        result = _map(walks, effective, into, lambda step: tell(step, None, None))
+        summary = _save(result, out, force, reading_s, skipped, tell)
     if as_json:
         typer.echo(json.dumps(summary, indent=1))
     elif not quiet:
@@ -106,14 +116,25 @@ def _with_odometry(seed: int) -> Callable[[Walk], Walk]:
     return lambda walk: walk if walk.motion is not None else with_tracker_drift(walk, seed)
 
 
-def _map_and_save(
-    walks: list[Walk], config: Any, out: Path, force: bool, reading_s: float, skipped: list[LogError], tell: Tell
+def _map(walks: list[Walk], config: Config, into: Path | None, step: Callable[[str], None]) -> SlamResult:
+    from radioslam.extending import extend_map
+    from radioslam.results import SlamResult
+    from radioslam.slam import map_walks
+
+    if into is None:
+        return map_walks(walks, config, step)
+    if not into.is_dir():
+        return extend_map(load_map(into), walks, config, progress=step)
+    before = SlamResult.load(into)
+    known = {name: one for name, one in zip(before.walks, before.references, strict=True) if one is not None}
+    return extend_map(before.radio_map, walks, config, known, step)
+
+
+def _save(
+    result: SlamResult, out: Path, force: bool, reading_s: float, skipped: list[LogError], tell: Tell
 ) -> dict[str, Any]:
     from dataclasses import replace
 
-    from radioslam.slam import map_walks
-
-    result = map_walks(walks, config, lambda step: tell(step, None, None))
     result = replace(
         result,
         seconds={"reading": reading_s, **result.seconds},

@@ -88,7 +88,8 @@ def merge_tracks(
     """Place all tracks by ``config.starts``.
 
     ``common``: all walks begin at one place, which becomes (0, 0).  ``known``: each walk begins where its first
-    reference position says; a walk without one gets a frame of its own.
+    reference position says; a walk without one gets a frame of its own. A position that was found is held by its own
+    standard deviation, any other by ``config.start_sigma_m``.
 
     ``unknown`` and ``mixed``: as the ``placement`` says, which they need; ``mixed`` holds the known positions.
 
@@ -143,8 +144,10 @@ def _merge_known(tracks: Sequence[Track], fingerprints: Fingerprints, config: Me
     poses[:, :2] += offset[walk]
     started = np.flatnonzero(fingerprint < 0)
     loose = np.searchsorted(walk, np.flatnonzero(~known))
-    spread = diagonal_information(config.start_sigma_m, config.start_sigma_m, config.heading_sigma_rad)
-    held = Priors(started, poses[started], np.repeat(spread, len(started), axis=0))
+    given = [track.walk.reference.sigma_m for track in tracks if track.walk.reference is not None]
+    sigma_m = np.array([config.start_sigma_m if sigma is None else sigma for sigma in given])
+    spread = diagonal_information(sigma_m, sigma_m, np.full(len(sigma_m), config.heading_sigma_rad))
+    held = Priors(started, poses[started], spread)
     return MergedTracks(
         tracks=tuple(tracks),
         walk=walk,

@@ -34,18 +34,22 @@ TEMPERATURES = (0.25, 0.5, 1.0, 2.0, 4.0)
 COVERAGE = 0.95
 NOT_HERE_QUANTILE = 0.01
 """Share of the map's own held-out scans that may be called foreign."""
+UNUSUAL_QUANTILE = 0.05
+"""Share of them that are less like the map than half of a walk's scans may be."""
 
 
 @dataclass(frozen=True)
 class Calibration:
     """What walks that were left out taught: temperature τ, metres of radius per metre of σ, σ floor, similarity
-    below which a scan is not here, and the share of held-out scans inside the radius.
+    below which a scan is not here, the similarity that most scans of a walk that is here reach, and the share of
+    held-out scans inside the radius.
     """
 
     temperature: float
     radius_per_sigma: float
     sigma_floor_m: float
     least_similarity: float
+    usual_similarity: float
     coverage: float
 
 
@@ -245,6 +249,7 @@ def calibrate(samples: RadioMap, weights: Array, config: Config, learned: tuple[
         radius_per_sigma=scale,
         sigma_floor_m=floor_m,
         least_similarity=float(np.quantile(np.concatenate(closest), NOT_HERE_QUANTILE)),
+        usual_similarity=float(np.quantile(np.concatenate(closest), UNUSUAL_QUANTILE)),
         coverage=float(np.mean(ratio <= scale)),
     )
 

@@ -148,16 +148,21 @@ def follow(positioner: Positioner, walk: Walk, config: Config, seed: int) -> Tra
     Raises:
         PositioningError: no scan of the walk belongs to the map.
     """
-    track = estimate_track(walk, config.odometry)
-    fingerprints = collect_fingerprints([track], config.fingerprints)
-    scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
-    unknown = np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
+    track, scans, unknown = told_by(positioner, walk, config)
     located = [location for location in positioner.locate_rows(scans, unknown) if location.here]
     if not located:
         raise PositioningError(f"{walk.name}: expected scans that belong to the map, found none; is it of this place?")
     labels, votes = np.unique([location.floor for location in located], return_counts=True)
     floor = next(model for model in positioner.floors if model.floor == labels[votes.argmax()])
     return track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed))
+
+
+def told_by(positioner: Positioner, walk: Walk, config: Config) -> tuple[Track, sparse.csr_array, Array]:
+    """A walk's track, its scans (n, m) by the map's access points, and how many unknown ones each heard (n,)."""
+    track = estimate_track(walk, config.odometry)
+    fingerprints = collect_fingerprints([track], config.fingerprints)
+    scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
+    return track, scans, np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
 
 
 def aligned_columns(rss_dbm: sparse.csr_array, names: Sequence[str], wanted: Sequence[str]) -> sparse.csr_array:

@@ -146,12 +146,14 @@ class Reference:
     """True positions: ``time_s`` (n,) increasing, ``positions_xy`` (n, 2) in the building's frame.
 
     One fix alone is a known start. ``origin_wgs84`` is the latitude and longitude (degrees) of the frame's
-    zero where it has one (x east, y north), so that logs of one site can be brought to one frame.
+    zero where it has one (x east, y north), so that logs of one site can be brought to one frame. ``sigma_m`` is the
+    fixes' standard deviation per axis where they were found rather than surveyed, else None.
     """
 
     time_s: Array
     positions_xy: Array
     origin_wgs84: tuple[float, float] | None = None
+    sigma_m: float | None = None
 
     def __post_init__(self) -> None:
         Signal(self.time_s, self.positions_xy)
