@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from radioslam.errors import PositioningError
 from radioslam.map_export import merge
-from radioslam.positioning import Positioner, read_scan
+from radioslam.positioning import TEMPERATURES, Positioner, read_scan
 from tests.radio import hall, scan_of
 
 SAMPLES, _ = hall(np.random.default_rng(0), 400)
@@ -114,3 +114,4 @@ def test_strangers_in_the_museum_are_located_better_than_by_nearest_neighbours(d
     nearest = floor.neighbours.locate(floor.neighbours.similarity(held.rss_dbm, np.zeros(len(held))), 5)
     error, baseline = (np.hypot(*(xy - held.poses[:, :2]).T).mean() for xy in (ours, nearest))
     assert error < 0.85 * baseline
+    assert TEMPERATURES[0] < floor.calibration.temperature < TEMPERATURES[-1]

@@ -17,6 +17,7 @@ from radioslam.errors import LogError, RadioSlamError
 
 if TYPE_CHECKING:
     from radioslam.config import Config
+    from radioslam.experiments import Experiment, Source
     from radioslam.results import SlamResult
     from radioslam.walk import Walk
 
@@ -293,8 +294,8 @@ def experiment(
     name: Annotated[
         str,
         typer.Argument(
-            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, crowd-size, few-walks or "
-            "positioning."
+            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, crowd-size, few-walks, "
+            "positioning or two-phones."
         ),
     ],
     data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
@@ -313,26 +314,15 @@ def experiment(
 ) -> None:
     """Re-run a table of the paper: every setting, preset and seed; the paper's row beside ours."""
     from radioslam import experiments
-    from radioslam.errors import ConfigError
 
-    if name == "positioning":
-        from radioslam.positioning_experiment import run_positioning
-
-        table = run_positioning(experiments.source_of(data, starts), first_seed, walks, set_ or [])
-        typer.echo(table)
-        if out is not None:
-            out.mkdir(parents=True, exist_ok=True)
-            (out / "positioning.md").write_text(table, "utf-8")
-        return
-    if name not in experiments.EXPERIMENTS:
-        raise ConfigError(f"unknown experiment {name!r}; expected one of {', '.join(experiments.EXPERIMENTS)}")
-    chosen, source = experiments.EXPERIMENTS[name], experiments.source_of(data, starts)
+    source = experiments.source_of(data, starts)
+    chosen, run = _experiment(name, source, first_seed, walks)
     if values is not None:
         chosen = experiments.only(chosen, values.split(","))
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
     with _progress(quiet) as tell:
-        outcomes = experiments.run(
+        outcomes = run(
             chosen,
             source,
             presets.split(","),
@@ -352,6 +342,23 @@ def experiment(
         (out / f"{stem}.md").write_text(table, "utf-8")
         experiments.write_csv(outcomes, out / f"{stem}.csv")
         save_sweep_png(chosen, outcomes, out / f"{stem}.png")
+
+
+def _experiment(name: str, source: Source, seed: int, walks: int | None) -> tuple[Experiment, Callable[..., Any]]:
+    """An experiment by its name, and what runs it."""
+    from radioslam import experiments
+    from radioslam.errors import ConfigError
+    from radioslam.positioning_experiment import POSITIONING, run_positioning
+    from radioslam.two_phones_experiment import run_two_phones, two_phones
+
+    if name == POSITIONING.name:
+        return POSITIONING, run_positioning
+    if name == "two-phones":
+        return two_phones(source, seed, walks), run_two_phones
+    if name in experiments.EXPERIMENTS:
+        return experiments.EXPERIMENTS[name], experiments.run
+    known = ", ".join((*experiments.EXPERIMENTS, POSITIONING.name, "two-phones"))
+    raise ConfigError(f"unknown experiment {name!r}; expected one of {known}")
 
 
 def _alignment(name: str | None) -> Any:

@@ -268,8 +268,8 @@ class PositioningConfig(_Group):
 
     neighbours: int = Field(5, ge=1)
     """k of the weighted nearest neighbours."""
-    offset_sigma_db: float = Field(3.0, gt=0)
-    """Standard deviation of the offset between a phone and those of the map."""
+    offset_sigma_db: float = Field(3.0, ge=0)
+    """Standard deviation of the offset between a phone and those of the map; 0: there is none."""
     local_address_weight: float = Field(0.5, ge=0, le=1)
     """Weight of access points with a locally administered address; others have 1."""
     folds: int = Field(4, ge=2)

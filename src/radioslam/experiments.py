@@ -228,19 +228,30 @@ def run(
         for variant in experiment.variants
         for seed in seeds
     ]
-    outcomes: dict[int, Outcome] = {}
-    with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        by_seed = sorted(range(len(tasks)), key=lambda k: (tasks[k][4] or 0, tasks[k][3]))
-        waiting = {pool.submit(_run_one, *tasks[k]): k for k in by_seed}
-        for done, future in enumerate(as_completed(waiting), 1):
-            outcomes[waiting[future]] = future.result()
-            if progress:
-                progress(done, len(tasks))
+    by_seed = sorted(range(len(tasks)), key=lambda k: (tasks[k][4] or 0, tasks[k][3]))
+    outcomes = dict(zip(by_seed, in_parallel(_run_one, [tasks[k] for k in by_seed], jobs, progress), strict=True))
     return [outcomes[k] for k in range(len(tasks))]
 
 
+def in_parallel(
+    work: Callable[..., Any],
+    tasks: Sequence[tuple[Any, ...]],
+    jobs: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Any]:
+    """What ``work`` makes of each task's arguments, in the order of the tasks, which ``jobs`` processes share."""
+    results: dict[int, Any] = {}
+    with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
+        waiting = {pool.submit(work, *task): k for k, task in enumerate(tasks)}
+        for done, future in enumerate(as_completed(waiting), 1):
+            results[waiting[future]] = future.result()
+            if progress:
+                progress(done, len(tasks))
+    return [results[k] for k in range(len(tasks))]
+
+
 @functools.lru_cache(maxsize=2)
-def _made(source: Source, seed: int, walks: int | None) -> list[Walk]:
+def walks_of_seed(source: Source, seed: int, walks: int | None) -> list[Walk]:
     """Walks are made once per worker and seed, not once per variant."""
     return source.make(seed, walks)
 
@@ -250,7 +261,7 @@ def _run_one(
 ) -> Outcome:
     from radioslam.slam import map_walks
 
-    made = _made(source, seed, walks)
+    made = walks_of_seed(source, seed, walks)
     always = [f"merging.starts={source.starts}", "optimizer.standard_deviations=false"]  # no table shows them
     settings = [*always, *overrides, *variant.overrides]
     config = load_config(preset, overrides=settings, environment={})

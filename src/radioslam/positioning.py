@@ -30,7 +30,7 @@ Integers = NDArray[np.int64]
 Scan = Mapping[str, float]
 
 RSS_RANGE_DBM = (-127.0, 0.0)
-TEMPERATURES = (0.25, 0.5, 1.0, 2.0, 4.0)
+TEMPERATURES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 COVERAGE = 0.95
 NOT_HERE_QUANTILE = 0.01
 """Share of the map's own held-out scans that may be called foreign."""

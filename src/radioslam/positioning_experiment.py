@@ -6,7 +6,7 @@ place that only the walks of one group saw is then missing from the map, for eve
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from radioslam.accuracy import ErrorStatistics
 from radioslam.config import Config, load_config
-from radioslam.experiments import Source
+from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
 from radioslam.fingerprints import collect_fingerprints
 from radioslam.odometry import estimate_track
 from radioslam.positioning import Positioner
@@ -29,6 +29,15 @@ Array = NDArray[np.float64]
 GROUPS = 4
 SURVEY_SIGMA_M = 0.3
 METHODS = ("knn", "locate", "track")
+SURVEYED = " surveyed"
+COLUMNS = ("mean", "median", "p75", "p95", "a/b", "inside %", "foreign %")
+
+POSITIONING = Experiment(
+    "positioning",
+    "Strangers located in the map of the other walks, and in a survey of the same scans",
+    tuple(Variant(method + where) for method in METHODS for where in ("", SURVEYED)),
+    COLUMNS,
+)
 
 
 @dataclass(frozen=True)
@@ -42,19 +51,50 @@ class Trial:
     here: Array
 
 
-def run_positioning(source: Source, seed: int, walks: int | None, overrides: Sequence[str]) -> str:
-    """Map, survey, locate, track; the table as Markdown."""
+def run_positioning(
+    experiment: Experiment,
+    source: Source,
+    presets: Sequence[str] = ("default",),
+    seeds: Sequence[int] = (0,),
+    walks: int | None = None,
+    overrides: Sequence[str] = (),
+    jobs: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Outcome]:
+    """Map, survey, locate, track: the variants of ``POSITIONING`` or some of them, by preset and seed.
+
+    A scan that was called foreign counts with its best guess in every method.
+    """
+    labels = tuple(variant.label for variant in experiment.variants)
+    methods = tuple(method for method in METHODS if any(label.startswith(method) for label in labels))
+    runs = [(preset, seed) for preset in presets for seed in seeds]
+    tasks = [(source, *run, walks, tuple(overrides), group, methods) for run in runs for group in range(GROUPS)]
+    trials = in_parallel(_locate_group, tasks, jobs, progress)
+    outcomes = []
+    for k, (preset, seed) in enumerate(runs):
+        groups = trials[k * GROUPS : (k + 1) * GROUPS]
+        figures = _figures({where: [t for group in groups for t in group[where]] for where in ("", SURVEYED)}, methods)
+        outcomes += [Outcome(preset, label, seed, figures[label]) for label in labels]
+    return outcomes
+
+
+def _locate_group(
+    source: Source,
+    preset: str,
+    seed: int,
+    walks: int | None,
+    overrides: tuple[str, ...],
+    group: int,
+    methods: tuple[str, ...],
+) -> dict[str, list[Trial]]:
+    """The walks of one group in both maps of the others."""
     settings = [f"merging.starts={source.starts}", *overrides]
-    config = load_config("default", overrides=settings, environment={})
-    made = sorted(source.make(seed, walks), key=lambda walk: walk.name)
-    trials: dict[str, list[Trial]] = {"a": [], "b": []}
-    for group in range(GROUPS):
-        held = [walk for walk in made[group::GROUPS] if walk.reference is not None]
-        result = map_walks([walk for k, walk in enumerate(made) if k % GROUPS != group], config)
-        for name, samples in (("a", result.radio_map), ("b", surveyed(result))):
-            positioner = Positioner.of(samples, config)
-            trials[name] += [_try(positioner, walk, config) for walk in held]
-    return _markdown(source, len(made), trials)
+    config = load_config(preset, overrides=settings, environment={})
+    made = sorted(walks_of_seed(source, seed, walks), key=lambda walk: walk.name)
+    result = map_walks([walk for k, walk in enumerate(made) if k % GROUPS != group], config)
+    maps = {"": Positioner.of(result.radio_map, config), SURVEYED: Positioner.of(surveyed(result), config)}
+    held = [walk for walk in made[group::GROUPS] if walk.reference is not None]
+    return {where: [locate_walk(one, walk, config, seed, methods) for walk in held] for where, one in maps.items()}
 
 
 def surveyed(result: SlamResult) -> RadioMap:
@@ -66,42 +106,51 @@ def surveyed(result: SlamResult) -> RadioMap:
     return one.select(np.isfinite(truth[:, 0]))
 
 
-def _try(positioner: Positioner, walk: Walk, config: Config) -> Trial:
+def locate_walk(
+    positioner: Positioner, walk: Walk, config: Config, seed: int, methods: Sequence[str] = METHODS
+) -> Trial:
+    """Every scan of a walk with known truth by some of the ``METHODS``."""
     track = estimate_track(walk, config.odometry)
     fingerprints = collect_fingerprints([track], config.fingerprints)
     scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
     unknown = np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
     floor = positioner.floors[0]
-    neighbours = floor.neighbours
-    nearest = neighbours.locate(neighbours.similarity(scans, unknown), config.positioning.neighbours)
-    mean, _ = floor.candidates.moments(floor.candidates.tempered(scans, floor.calibration.temperature))
-    tracked = track_walk(floor, track, scans, config.positioning, np.random.default_rng(1))
-    located = positioner.locate_rows(scans, unknown)
+
+    def nearest() -> Array:
+        return floor.neighbours.locate(floor.neighbours.similarity(scans, unknown), config.positioning.neighbours)
+
+    def located() -> Array:
+        return floor.candidates.moments(floor.candidates.tempered(scans, floor.calibration.temperature))[0]
+
+    def tracked() -> Array:
+        return track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed)).poses[:, :2]
+
     assert walk.reference is not None
     truth = walk.reference.at(fingerprints.time_s, 60.0)
     known = np.isfinite(truth[:, 0])
-    positions = {"knn": nearest, "locate": mean, "track": tracked.poses[:, :2]}
-    errors = {name: np.hypot(*(xy - truth).T)[known] for name, xy in positions.items()}
-    radius = np.array([location.radius_m for location in located])[known]
-    here = np.array([location.here for location in located])[known]
-    return Trial(errors, errors["locate"] <= radius, here)
+    ways = {"knn": nearest, "locate": located, "track": tracked}
+    errors = {method: np.hypot(*(ways[method]() - truth).T)[known] for method in methods}
+    answers = positioner.locate_rows(scans, unknown)
+    radius = np.array([answer.radius_m for answer in answers])[known]
+    here = np.array([answer.here for answer in answers], dtype=bool)[known]
+    inside = errors["locate"] <= radius if "locate" in errors else np.zeros(0, bool)
+    return Trial(errors, inside, here)
 
 
-def _markdown(source: Source, walks: int, trials: dict[str, list[Trial]]) -> str:
-    """A row per method and map; a scan that was called foreign counts with its best guess in every method."""
-    lines = [f"**Positioning** — {source.name}, {walks} walks, {GROUPS} groups left out in turn", ""]
-    lines += ["| method | map | median | mean | p75 | p95 | a/b |", "|---|---|---|---|---|---|---|"]
-    for method in METHODS:
-        statistics = {m: ErrorStatistics.of(np.concatenate([t.errors[method] for t in trials[m]])) for m in trials}
-        ratio = statistics["a"].mean / statistics["b"].mean
-        for name, of in (("a", "RadioSLAM's"), ("b", "surveyed")):
-            s = statistics[name]
-            end = f"{ratio:.2f}" if name == "a" else ""
-            lines.append(f"| {method} | {of} | {s.median:.2f} | {s.mean:.2f} | {s.p75:.2f} | {s.p95:.2f} | {end} |")
-    for name, of in (("a", "RadioSLAM's"), ("b", "surveyed")):
-        inside, here = (np.concatenate([getattr(t, part) for t in trials[name]]) for part in ("inside", "here"))
-        share = 100 * float(np.mean(inside[here]))
-        lines.append(
-            f"\nInside the 95 % radius, {of} map: {share:.1f} %; called foreign: {100 * np.mean(~here):.1f} %."
-        )
-    return "\n".join([*lines, ""])
+def _figures(trials: dict[str, list[Trial]], methods: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Figures by label; a/b, our map's mean over the survey's, stands with our map."""
+    figures = {method + where: figures_of(trials[where], method) for method in methods for where in trials}
+    for method in methods:
+        figures[method]["a/b"] = figures[method]["mean"] / figures[method + SURVEYED]["mean"]
+    return figures
+
+
+def figures_of(trials: Sequence[Trial], method: str) -> dict[str, float]:
+    """Statistics of one method's errors; where it is ``locate``, also of its radius and of scans called foreign."""
+    statistics = ErrorStatistics.of(np.concatenate([trial.errors[method] for trial in trials]))
+    figures = {name: float(getattr(statistics, name)) for name in ("mean", "median", "p75", "p95")}
+    if method == "locate":
+        inside, here = (np.concatenate([getattr(trial, part) for trial in trials]) for part in ("inside", "here"))
+        figures["inside %"] = 100 * float(np.mean(inside[here]))
+        figures["foreign %"] = 100 * float(np.mean(~here))
+    return figures
