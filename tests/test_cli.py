@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from radioslam import cli
 from radioslam.formats import write_walk
+from tests.command_line import run
 from tests.crowds import office_walks
 
 
@@ -25,21 +25,6 @@ def logs(tmp_path_factory) -> Path:
     for walk in office_walks():
         write_walk(walk, folder)
     return folder
-
-
-def run(capsys, *arguments: object) -> tuple[int, str, str]:
-    """Exit code, standard output and standard error of one call."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", ["radioslam", *map(str, arguments)])
-        try:
-            cli.main()
-            code: object = 0
-        except SystemExit as stop:
-            code = stop.code
-    output = capsys.readouterr()
-    if isinstance(code, str):  # sys.exit(message): the interpreter prints it and exits with 1
-        return 1, output.out, code
-    return int(str(code or 0)), output.out, output.err
 
 
 def test_map_prints_a_table_and_writes_the_folder(logs, tmp_path, capsys):

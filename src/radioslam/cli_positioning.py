@@ -54,16 +54,20 @@ def locate(
 
 def track(
     map: Map,
-    log: Annotated[Path, typer.Argument(help="A log with scans and motion.")],
+    log: Annotated[Path, typer.Argument(help="A log with scans and motion, or its folder.")],
     seed: Annotated[int, typer.Option(help="Of the particles.")] = 1,
 ) -> None:
     """Follow a walk through the map, start unknown: CSV time_s,x_m,y_m,heading_rad,sigma_m."""
     from radioslam.config import load_config
-    from radioslam.formats import read_walk
+    from radioslam.errors import LogError
+    from radioslam.formats import read_walks
     from radioslam.positioning import Positioner
     from radioslam.tracking import follow
 
-    walked = follow(Positioner.of(load_map(map)), read_walk(log), load_config(), seed)
+    radio_map, walks = load_map(map), read_walks([log])
+    if len(walks) != 1:
+        raise LogError(log, "one log", f"{len(walks)}", "track them one by one")
+    walked = follow(Positioner.of(radio_map), walks[0], load_config(), seed)
     typer.echo("time_s,x_m,y_m,heading_rad,sigma_m")
     for time_s, pose, sigma in zip(walked.time_s, walked.poses, walked.sigma_m, strict=True):
         typer.echo(f"{time_s:.3f},{pose[0]:.2f},{pose[1]:.2f},{pose[2]:.3f},{sigma:.2f}")
@@ -96,8 +100,9 @@ def coverage(map: Map) -> None:
     """Where somebody should walk next: the least certain places within reach, as CSV."""
     from radioslam.coverage import walk_next
 
+    floors = load_map(map).by_floor()
     typer.echo("x_m,y_m,floor,sigma_db")
-    for floor, samples in load_map(map).by_floor():
+    for floor, samples in floors:
         for x, y, sigma_db in walk_next(samples):
             typer.echo(f"{x:.1f},{y:.1f},{floor},{sigma_db:.2f}")
 

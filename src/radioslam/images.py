@@ -109,7 +109,11 @@ def save_sweep_png(experiment: Experiment, outcomes: Sequence[Outcome], path: Pa
     for k, (preset, rows) in enumerate(itertools.groupby(gather(experiment, outcomes), key=lambda row: row[0])):
         shown = [(variant, *means[column]) for _, variant, means in rows if column in means]
         labels, mean, spread = zip(*shown, strict=True)
-        axis.errorbar(labels, mean, spread, color=COLOURS[k], marker="o", capsize=3, label=preset)
+        names = any(" " in label for label in labels)
+        line = "none" if names else "solid"
+        axis.errorbar(labels, mean, spread, color=COLOURS[k], marker="o", linestyle=line, capsize=3, label=preset)
+        if names:
+            axis.set_xticks(range(len(labels)), labels, rotation=30, ha="right")
     axis.set(xlabel=experiment.name, ylabel="mean error (m)" if column == "mean" else column, ylim=(0, None))
     axis.grid(alpha=0.3)
     axis.legend(frameon=False)
