@@ -7,6 +7,7 @@ from every sample is as uncertain as the access point's readings differ, and hea
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +50,8 @@ class AnnotatedSamples:
 
         Where no near sample heard one, its mean is the weakest reading of the map.
         """
-        rss = self.rss_dbm if columns is None else self.rss_dbm[:, columns].tocsr()
+        chosen = np.arange(self.rss_dbm.shape[1]) if columns is None else columns
+        rss = self.rss_dbm[:, chosen].tocsr()
         heard, squares = rss.copy(), rss.copy()
         heard.data, squares.data = np.ones_like(rss.data), rss.data**2
         near = self._weights(positions_xy)
@@ -57,9 +59,13 @@ class AnnotatedSamples:
         known = weight > 0
         mean = np.divide(total, weight, out=np.full_like(total, self.rss_dbm.data.min()), where=known)
         within = np.maximum(square - weight * mean**2, 0.0) * known
-        variance = (within + _overall_variance(rss)) / (weight + 1.0)
+        variance = (within + self._overall_variance[chosen]) / (weight + 1.0)
         detection = weight / (near.sum(axis=1) + SILENCE)[:, None]
         return Prediction(mean, np.sqrt(np.maximum(variance, MIN_SIGMA_DB**2)), np.clip(detection, 0.01, 0.99))
+
+    @functools.cached_property
+    def _overall_variance(self) -> Array:
+        return overall_variance(self.rss_dbm)
 
     def _weights(self, positions_xy: Array) -> sparse.csr_array:
         k = min(NEIGHBOURS, len(self.positions_xy))
@@ -69,7 +75,7 @@ class AnnotatedSamples:
         return sparse.csr_array((np.exp(-away / LENGTH_M).ravel(), rows.ravel(), indptr), shape=shape)
 
 
-def _overall_variance(rss_dbm: sparse.csr_array) -> Array:
+def overall_variance(rss_dbm: sparse.csr_array) -> Array:
     """(m,) of an access point's readings, shrunk towards that of all as if ten readings had it."""
     m, column, data = rss_dbm.shape[1], rss_dbm.indices, rss_dbm.data
     count = np.bincount(column, minlength=m)
