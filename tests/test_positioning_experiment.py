@@ -7,6 +7,7 @@ import csv
 import pytest
 
 from radioslam.experiments import only, source_of
+from radioslam.into_experiment import INTO, run_into
 from radioslam.positioning_experiment import POSITIONING, run_positioning
 from radioslam.two_phones_experiment import run_two_phones, two_phones
 from tests.command_line import run
@@ -42,6 +43,14 @@ def test_each_phone_is_located_in_the_map_of_the_others():
     assert [o.variant for o in outcomes] == [variant.label for variant in chosen.variants]
     means = {o.variant: o.figures["mean"] for o in outcomes}
     assert all(means[f"{phone}: locate"] != means[f"{phone}: locate without offset"] for phone in phones)
+
+
+def test_new_walks_are_judged_by_every_way_of_finding_them():
+    outcomes = run_into(INTO, OFFICE, ["default"], [1], jobs=1)
+    figures = {o.variant: o.figures for o in outcomes}
+    assert list(figures) == ["into", "mixed", "known"]
+    assert figures["known"]["tied %"] == 100
+    assert figures["known"]["mean"] < figures["into"]["mean"] < 8.0
 
 
 def test_the_command_writes_what_other_experiments_write(tmp_path, capsys):

@@ -295,7 +295,7 @@ def experiment(
         str,
         typer.Argument(
             help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, crowd-size, few-walks, "
-            "positioning or two-phones."
+            "positioning, into or two-phones."
         ),
     ],
     data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
@@ -348,16 +348,18 @@ def _experiment(name: str, source: Source, seed: int, walks: int | None) -> tupl
     """An experiment by its name, and what runs it."""
     from radioslam import experiments
     from radioslam.errors import ConfigError
+    from radioslam.into_experiment import INTO, run_into
     from radioslam.positioning_experiment import POSITIONING, run_positioning
     from radioslam.two_phones_experiment import run_two_phones, two_phones
 
-    if name == POSITIONING.name:
-        return POSITIONING, run_positioning
+    for one, run in ((POSITIONING, run_positioning), (INTO, run_into)):
+        if name == one.name:
+            return one, run
     if name == "two-phones":
         return two_phones(source, seed, walks), run_two_phones
     if name in experiments.EXPERIMENTS:
         return experiments.EXPERIMENTS[name], experiments.run
-    known = ", ".join((*experiments.EXPERIMENTS, POSITIONING.name, "two-phones"))
+    known = ", ".join((*experiments.EXPERIMENTS, POSITIONING.name, INTO.name, "two-phones"))
     raise ConfigError(f"unknown experiment {name!r}; expected one of {known}")
 
 

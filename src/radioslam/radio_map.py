@@ -126,7 +126,7 @@ class RadioMap:
         try:
             table = pq.read_table(path)
         except FileNotFoundError:
-            raise ResultError(f"{path}: expected a result folder or a radio map, found no such file") from None
+            raise ResultError(f"{path}: expected a radio map, found no such file") from None
         except (OSError, pa.ArrowException) as error:
             raise ResultError(f"{path}: expected a radio map (Parquet), found: {error}") from None
         version = (table.schema.metadata or {}).get(b"radioslam_radio_map", b"none").decode()
