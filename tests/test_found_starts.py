@@ -15,7 +15,7 @@ from radioslam import cli, evaluation_tables, tables
 from radioslam.config import load_config
 from radioslam.evaluation import evaluate
 from radioslam.formats import write_walk
-from radioslam.placement import ALONE
+from radioslam.looks import ALONE
 from radioslam.results import SlamResult
 from radioslam.slam import map_walks
 from radioslam.walk import Walk

@@ -76,3 +76,16 @@ def test_walks_stand_one_after_the_other_and_share_columns():
 def test_scans_outside_of_the_motion_still_give_the_walk_a_fingerprint():
     fingerprints = smooth(straight(scans_of((100, "a", -50), (101, "a", -51))))
     assert len(fingerprints) == 1
+
+
+def test_a_stand_counts_as_slow_walking():
+    heard = [(second, "a", -50) for second in range(0, 31, 3)]
+    standing = smooth(straight(scans_of(*heard), speed=0.0))
+    np.testing.assert_allclose(np.diff(standing.time_s), 6.0)  # 3 m at 0.5 m/s
+    assert len(smooth(straight(scans_of(*heard), speed=0.0), standing_mps=0.0)) == 1
+
+
+def test_another_phase_sees_the_walk_at_other_moments():
+    track = straight(scans_of((10, "a", -50), (13, "a", -50)))
+    later = smooth_fingerprints([track], PlacementConfig(), phase_s=1.0)
+    np.testing.assert_allclose(later.time_s, smooth(track).time_s[:-1] + 1.0)

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from radioslam.config import OdometryConfig
 from radioslam.steps import LONGEST_INTERVAL_S, Steps, find_steps, step_lengths
-from radioslam.walk import Signal
+from radioslam.walk import Inertial, Signal
 
 from .phones import GRAVITY, STEP_HZ, bouncing, clock
 
@@ -15,7 +15,7 @@ def steps_of(norm):
     time_s = clock(len(norm) / 50.0)[: len(norm)]
     padded = np.append(norm, norm[-1:])  # the clock ends before the last sample
     values = np.column_stack([np.zeros((len(padded), 2)), padded])
-    return find_steps(Signal(np.append(time_s, time_s[-1:] + 0.02), values), OdometryConfig())
+    return find_steps(Inertial(Signal(np.append(time_s, time_s[-1:] + 0.02), values)), OdometryConfig())
 
 
 def lengths_of(*walks, devices=None, **config):
@@ -104,3 +104,23 @@ def test_lengths_are_positive_and_scale_with_the_typical_step(bounce, typical):
     one, other = lengths_of(steps, typical_step_m=typical)[0], lengths_of(steps, typical_step_m=0.6)[0]
     assert np.all(one > 0)
     np.testing.assert_allclose(one / other, typical / 0.6)
+
+
+def swung(duration_s, rate_radps):
+    """A bouncing phone that turns about its x axis at this rate from 20 to 40 s."""
+    time_s = clock(duration_s)
+    rate = np.where((time_s >= 20.0) & (time_s < 40.0), rate_radps, 0.0)
+    acceleration = np.column_stack([np.zeros((len(time_s), 2)), bouncing(time_s)])
+    turning = np.column_stack([rate * np.sin(2 * np.pi * 1.0 * time_s), np.zeros((len(time_s), 2))])
+    return Inertial(Signal(time_s, acceleration), Signal(time_s, turning))
+
+
+def test_a_phone_that_is_waved_about_makes_no_steps():
+    steps = find_steps(swung(60.0, rate_radps=8.0), OdometryConfig())
+    assert not np.any((steps.time_s > 21.5) & (steps.time_s < 38.5))
+    assert np.sum(steps.time_s < 18.0) == pytest.approx(18 * STEP_HZ, abs=2)
+
+
+def test_a_hand_that_swings_with_the_walk_makes_steps():
+    steps = find_steps(swung(60.0, rate_radps=3.0), OdometryConfig())
+    assert len(steps) == pytest.approx(60 * STEP_HZ, abs=2)

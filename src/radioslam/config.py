@@ -44,6 +44,9 @@ class OdometryConfig(_Group):
     """Lowest peak of the filtered norm that counts as a step."""
     step_interval_s: float = Field(0.3, gt=0)
     """Steps are at least so far apart."""
+    tumbling_radps: float = Field(3.0, gt=0)
+    """While the phone turns faster than this over some seconds, it is waved about and nobody walks: no steps. A hand
+    that swings with the walk stays below."""
     step_length: Literal["pendulum", "weinberg", "constant"] = "pendulum"
     """``pendulum``: T · √a_pp per step, scaled so that each phone model's median step is ``typical_step_m``;
     ``weinberg``: k · a_pp^(1/4);  ``constant``: no law. See ``steps``."""
@@ -119,9 +122,9 @@ class MergingConfig(_Group):
     bag), which is found from the crowd."""
     heading_sigma_rad: float = Field(0.2, gt=0)
     """Standard deviation of the compass heading of a whole walk."""
-    placed_sigma_m: float = Field(8.0, gt=0)
+    placed_sigma_m: float = Field(3.0, gt=0)
     """Of starts that were found: standard deviation of a walk's middle around its first place."""
-    placed_heading_sigma_rad: float = Field(0.15, gt=0)
+    placed_heading_sigma_rad: float = Field(0.07, gt=0)
     """The same for the heading of the whole walk."""
     walk_scales: bool = False
     """Whether the scale of each walk's odometry is an unknown of the graph."""
@@ -142,6 +145,8 @@ class PlacementConfig(_Group):
     """A reading last heard longer before its scan is stale; younger ones count when they were heard."""
     spacing_m: float = Field(3.0, gt=0)
     """One smoothed fingerprint per so many metres walked."""
+    standing_mps: float = Field(0.5, ge=0)
+    """A walker who stands counts as walking so fast."""
     rss_threshold_dbm: float = Field(-90.0, ge=-127, lt=0)
     """Weaker smoothed readings are dropped."""
     similarity_threshold: float = Field(0.7, gt=0, le=1)
@@ -170,8 +175,9 @@ class PlacementConfig(_Group):
     """λ: weight of a pair of scans that have nobody else around."""
     crowd_radius_m: float = Field(15.0, gt=0)
     """Scans of other walks within this radius share one say."""
-    passes: int = Field(2, ge=1)
-    """How often all is done: each pass smooths the fingerprints anew by the lag that the one before has found."""
+    looks: int = Field(3, ge=1)
+    """How often all is done with the lag that a first look has found, each with fingerprints of other moments; the
+    mean place counts."""
     rounds: int = Field(3, ge=1)
     """Rounds of finding what stands too near and solving."""
     iterations: int = Field(15, ge=1)

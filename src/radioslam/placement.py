@@ -22,6 +22,7 @@ from radioslam.errors import MappingError
 from radioslam.factors import ZeroBlock
 from radioslam.fingerprints import Fingerprints, represent
 from radioslam.first_offsets import first_offsets
+from radioslam.looks import Part, average_looks, collect_parts
 from radioslam.loops import Loops, screen_candidates
 from radioslam.normal_equations import Block, NormalEquations
 from radioslam.odometry import Track
@@ -35,9 +36,6 @@ from radioslam.uncertainty import learn_uncertainty
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-ALONE = "no similar scan in another walk"
-APART = "no similar scan in a walk of the main part"
-LOOSE = "tied too loosely"
 FIRM = 1e-4
 """Metres and radians; holds what does not move."""
 
@@ -73,17 +71,19 @@ def place_walks(tracks: Sequence[Track], config: Config) -> Placement:
     fixed = np.array([config.merging.starts == "mixed" and track.walk.reference is not None for track in tracks])
     if config.merging.starts == "mixed" and not fixed.any():
         raise MappingError("expected a reference position in at least one walk, found none; use --starts unknown")
-    lag_s, parts = 0.0, list[_Part]()
-    for _ in range(settings.passes):
-        parts = _place_parts(tracks, fixed, lag_s, config)
-        lag_s += parts[0].lag_s if parts else 0.0
-    return _collect(parts, fixed, settings)
+    parts = _place_parts(tracks, fixed, config)
+    lag_s = parts[0].lag_s if parts else 0.0
+    phases_s = settings.period_s * np.arange(settings.looks) / settings.looks
+    looks = [_place_parts(tracks, fixed, config, lag_s, float(phase_s)) for phase_s in phases_s]
+    return average_looks([collect_parts(look, fixed, settings.max_sigma_m) for look in looks], settings.max_sigma_m)
 
 
-def _place_parts(tracks: Sequence[Track], fixed: NDArray[np.bool_], lag_s: float, config: Config) -> list[_Part]:
-    """All parts that loops tie, by fingerprints whose readings were heard ``lag_s`` before the phone says."""
+def _place_parts(
+    tracks: Sequence[Track], fixed: NDArray[np.bool_], config: Config, lag_s: float = 0.0, phase_s: float = 0.0
+) -> list[Part]:
+    """All parts that loops tie, by fingerprints of a clock's phase and readings ``lag_s`` older than the phone says."""
     settings = config.placement
-    fingerprints = smooth_fingerprints(tracks, settings, lag_s)
+    fingerprints = smooth_fingerprints(tracks, settings, lag_s, phase_s)
     strengths = represent(fingerprints.rss_dbm, FingerprintConfig(representation="exponential"))
     least = learn_least_distance(fingerprints, strengths, settings)
     sigma = learn_uncertainty(fingerprints, strengths, config.uncertainty).sigma
@@ -132,20 +132,9 @@ def _parts(crowd: _Crowd) -> list[Integers]:
     return sorted(parts, key=lambda walks: (label[walks[0]] != main, -len(walks), walks[0]))
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Places (w, 4) of walks (w,) about their centres (w, 2), how well they are known (w,), and the radio's lag."""
-
-    walks: Integers
-    centre: Array
-    place: Array
-    sigma_m: Array
-    lag_s: float
-
-
 def _place_part(
     crowd: _Crowd, walks: Integers, strengths: sparse.csr_array, least: LeastDistance, config: PlacementConfig
-) -> _Part:
+) -> Part:
     """Solve one part: offsets, then rounds of the rigid crowd, each with the pairs that stand too near by then."""
     part, points = _restricted(crowd, walks)
     heard = strengths[points[points < strengths.shape[0]]]
@@ -157,7 +146,7 @@ def _place_part(
         pairs = find_dissimilar(part.walk[:n], rigid.positions(x)[:n], heard, least, config)
         x = minimize([*held, ApartBlock(rigid, pairs)], x, settings).x
     place = rigid.places(x) + np.append(origin, [0.0, 0.0])
-    return _Part(walks, rigid.centre, place, centre_sigma(held, x, rigid, part.building), float(x[rigid.lag]))
+    return Part(walks, rigid.centre, place, centre_sigma(held, x, rigid, part.building), float(x[rigid.lag]))
 
 
 def _restricted(crowd: _Crowd, walks: Integers) -> tuple[_Crowd, Integers]:
@@ -236,20 +225,3 @@ def centre_sigma(blocks: Sequence[Block], x: Array, rigid: RigidWalks, building:
     between = np.sqrt(np.maximum(own[:, None] + own[None, :] - 2 * joint, 0.0) / 2)
     best = len(own) - 1 if building else int(np.median(between, axis=1).argmin())
     return np.asarray(between[best])
-
-
-def _collect(parts: Sequence[_Part], fixed: NDArray[np.bool_], config: PlacementConfig) -> Placement:
-    """All parts as one numbering; walks alone, and those tied too loosely, are parts of their own."""
-    walks = len(fixed)
-    centre, place = np.zeros((walks, 2)), np.zeros((walks, 4))
-    part, sigma_m = len(parts) + np.arange(walks), np.full(walks, np.nan)
-    reason = np.full(walks, ALONE, dtype="<U60")
-    for number, solved in enumerate(parts):
-        real = solved.walks < walks
-        here = solved.walks[real]
-        centre[here], place[here], sigma_m[here] = solved.centre[real], solved.place[real], solved.sigma_m[real]
-        tight = sigma_m[here] <= config.max_sigma_m
-        part[here[tight]] = number
-        reason[here] = APART if number else ""
-        reason[here[~tight]] = [f"{LOOSE} (σ {value:.0f} m)" for value in sigma_m[here[~tight]]]
-    return Placement(centre, place, part, sigma_m, tuple(reason.tolist()), fixed)
