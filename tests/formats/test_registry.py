@@ -64,7 +64,7 @@ def test_formats_are_told_by_content(tmp_path, known):
 
 
 def test_an_unknown_format(tmp_path):
-    with pytest.raises(ConfigError, match="indoor-location, get-sensor-data, wifine, .*, open; found 'csv'"):
+    with pytest.raises(ConfigError, match=r"indoor-location, get-sensor-data, wifine, .*, open; found 'csv'"):
         read_walk(tmp_path / "a.txt", format="csv")
 
 
