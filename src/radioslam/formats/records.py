@@ -153,12 +153,12 @@ def json_documents(path: Path, data: bytes) -> Iterator[tuple[Any, int]]:
     while at < len(text):
         try:
             value, end = decoder.raw_decode(text, at)
-        except (ValueError, RecursionError) as error:
-            place = line + (
-                error.lineno - 1 - text.count("\n", 0, at) if isinstance(error, json.JSONDecodeError) else 0
-            )
-            found, advice = shown(text[at : at + 60]), "the log is cut or damaged there"
-            raise LogError(path, "JSON", found, advice, max(place, line)) from None
+        except json.JSONDecodeError as error:
+            found, advice = shown(text[max(at, error.pos - 20) : error.pos + 40]), "the log is cut or damaged there"
+            raise LogError(path, "JSON", found, advice, error.lineno) from None
+        except (ValueError, RecursionError):
+            found, advice = "numbers or brackets beyond all measure", "remove the line"
+            raise LogError(path, "JSON", found, advice, line) from None
         yield value, line
         start, at = at, _next_word(text, end)
         line += text.count("\n", start, at)

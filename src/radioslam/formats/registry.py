@@ -120,6 +120,16 @@ def read_walk(path: Path | str, format: str = "auto") -> Walk:
     return chosen[0].read(path)
 
 
+def is_log(path: Path | str) -> bool:
+    """Whether the content is that of a known format.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    head = load_head(Path(path))
+    return any(known.sniff(head) for known in FORMATS)
+
+
 def read_walks(
     paths: Iterable[Path | str],
     format: str = "auto",
