@@ -2,6 +2,7 @@
 
 from radioslam.formats.open_writer import write_walk
 from radioslam.formats.registry import FORMATS, Format, find_logs, is_log, read_walk, read_walks, share_origin
+from radioslam.formats.sensor_logger import walk_of_messages
 from radioslam.formats.tum import read_tum, write_tum
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "read_walk",
     "read_walks",
     "share_origin",
+    "walk_of_messages",
     "write_tum",
     "write_walk",
 ]
