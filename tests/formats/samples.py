@@ -101,7 +101,7 @@ SENSOR_LOGGER_FILES = {
         f"{T_NS + 9_000_000_000},9.0,9.8,0.5,0.0\n"
     ).encode(),
     "Gyroscope.csv": f"time,seconds_elapsed,z,y,x\n{T_NS},0.0,0.03,0.02,0.01\n".encode(),
-    "Magnetometer.csv": f"time,seconds_elapsed,z,y,x\n{T_NS},0.0,-42.0,2.0,-18.0\n".encode(),
+    "Magnetometer.csv": f"time,seconds_elapsed,z,y,x\n{T_NS},0.0,-42.0,2.0,18.0\n".encode(),
     "Orientation.csv": (
         f"time,seconds_elapsed,qz,qy,qx,qw,roll,pitch,yaw\n{T_NS},0.0,{_ROOT_HALF},0.0,0.0,{_ROOT_HALF},0.0,0.0,-1.57\n"
     ).encode(),

@@ -53,7 +53,7 @@ def test_all_forms_hold_the_same_walk(tmp_path, ending):
     np.testing.assert_allclose(inertial.accelerometer.time_s - T_S, [0, 0.02, 9], atol=1e-6)
     np.testing.assert_array_equal(inertial.accelerometer.values[0], [0.3, 0.7, 9.9])
     np.testing.assert_array_equal(inertial.gyroscope.values, [[0.01, 0.02, 0.03]])
-    np.testing.assert_array_equal(inertial.magnetometer.values, [[-18, 2, -42]])
+    np.testing.assert_array_equal(inertial.magnetometer.values, [[18, 2, -42]])
     np.testing.assert_allclose(inertial.rotation_vector.values, [[0, 0, 0.5**0.5, 0.5**0.5]])
 
 
@@ -92,10 +92,19 @@ def test_signs_of_ios_become_those_of_android(tmp_path, standardised):
         metadata = metadata.replace(b",false,", b",true,")
     else:
         files = {name: negated(content) for name, content in files.items()}
-    walk = read(tmp_path, changed(Metadata=metadata, TotalAcceleration=None, **files))
+    walk = read(tmp_path, changed(Metadata=metadata, TotalAcceleration=None, Magnetometer=None, **files))
     np.testing.assert_allclose(walk.inertial.accelerometer.values, [[0.3, 0.7, 9.9], [0, 0.5, 9.8]])
     half_turn = walk.inertial.rotation_vector.values  # x to north: a quarter more than Android's
     np.testing.assert_allclose(np.abs(half_turn), [[0, 0, 1, 0]], atol=1e-9)
+
+
+@pytest.mark.parametrize(("field_xy", "turned_deg"), [((18, 2), 90), ((2, -18), 180), ((-18, 5), -90), ((-3, 18), 0)])
+def test_the_magnetic_field_tells_which_axis_is_north(tmp_path, field_xy, turned_deg):
+    x, y = field_xy
+    magnetometer = f"time,seconds_elapsed,z,y,x\n{T_NS},0.0,-42,{y},{x}\n".encode()
+    attitude = read(tmp_path, changed(Magnetometer=magnetometer)).inertial.rotation_vector.values
+    half = np.radians(turned_deg) / 2
+    np.testing.assert_allclose(np.abs(attitude @ [0, 0, np.sin(half), np.cos(half)]), 1, atol=1e-9)
 
 
 def test_pushed_messages_of_an_iphone_are_told_by_gravity():
@@ -122,7 +131,7 @@ def test_acceleration_without_gravity_is_no_motion(tmp_path):
 )
 def test_orientation_is_taken_in_the_sense_that_turns_gravity_upright(tmp_path, quaternion, kept):
     orientation = f"time,seconds_elapsed,qz,qy,qx,qw\n{T_NS + 10**9},1.0,{quaternion}\n".encode()
-    walk = read(tmp_path, changed(Orientation=orientation))
+    walk = read(tmp_path, changed(Orientation=orientation, Magnetometer=None))
     assert (walk.inertial.rotation_vector is not None) == kept
     if kept:  # the phone lies tilted by 0.051 rad about x: both senses end as the same rotation
         np.testing.assert_allclose(walk.inertial.rotation_vector.values, [[0.02549, 0, 0, 0.99968]], atol=1e-4)

@@ -20,12 +20,11 @@ from radioslam.formats.loading import shown
 Array = NDArray[np.float64]
 
 _JSON_SPACE = " \t\r\n"
-_SHOWN_CHARACTERS = 200
 
 
 @dataclass(frozen=True)
 class Records:
-    """n records: ``lines`` to name them in messages, and their ``cells`` by field as text, "" where one lacks it."""
+    """n records: ``cells`` by field as text, "" where one lacks it, and ``lines``, without text, to name them."""
 
     lines: Lines
     cells: Mapping[str, Sequence[str]]
@@ -101,7 +100,7 @@ def from_csv(path: Path, data: bytes, first_line: int = 1, comment: str = "") ->
                 header = _header(path, row, number)
             else:
                 rows.append(_row(path, row, header, number))
-                found.add(",".join(row)[:_SHOWN_CHARACTERS].encode(), number)
+                found.add(b"", number)
     except csv.Error as error:
         place = first_line + max(reader.line_num, 1) - 1
         raise LogError(path, "CSV with cells in whole quotes", str(error), "mend the line", place) from None
@@ -129,8 +128,7 @@ def from_objects(path: Path, objects: Sequence[Mapping[str, Any]], numbers: Sequ
     lowered = [{str(name).lower(): value for name, value in one.items()} for one in objects]
     names = dict.fromkeys(name for one in lowered for name in one)
     cells = {name: [_cell(one.get(name)) for one in lowered] for name in names}
-    texts = [str(one)[:_SHOWN_CHARACTERS].encode("utf-8", "replace") for one in objects]
-    return Records(Lines(path, texts, list(numbers)), cells)
+    return Records(Lines(path, [b""] * len(objects), list(numbers)), cells)
 
 
 def _cell(value: object) -> str:

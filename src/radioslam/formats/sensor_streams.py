@@ -136,8 +136,20 @@ def _attitude(streams: Streams, accelerometer: Signal, is_apple: bool, notes: li
     if upright[best] < UPRIGHT_SHARE:
         notes.append(f"orientation left out: it turns only {100 * max(upright[best], 0):.0f} % of gravity upright")
         return None
-    turned = _EAST_FROM_NORTH * senses[best] if is_apple else senses[best]
-    return Signal(told.time_s, turned.as_quat(canonical=True))
+    magnetometer = _vectors(streams, "magnetometer", _AXES, [])
+    north = (
+        _north(told.time_s, senses[best], magnetometer)
+        if magnetometer
+        else (_EAST_FROM_NORTH if is_apple else Rotation.identity())
+    )
+    return Signal(told.time_s, (north * senses[best]).as_quat(canonical=True))
+
+
+def _north(time_s: Array, attitude: Rotation, magnetometer: Signal) -> Rotation:
+    """The quarter turn about the vertical that brings the mean magnetic field nearest to north, the y axis."""
+    field = np.column_stack([np.interp(time_s, magnetometer.time_s, axis) for axis in magnetometer.values.T])
+    east, north, _ = attitude.apply(field).mean(axis=0)
+    return Rotation.from_euler("z", 90.0 * np.round(np.degrees(np.arctan2(east, north)) / 90.0), degrees=True)
 
 
 def _wifi(records: Records | None, notes: list[str]) -> RadioScans:
