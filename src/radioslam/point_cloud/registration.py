@@ -1,0 +1,157 @@
+"""Registration of two point clouds, from no initial guess or from a given one; the paper's section IV-B on one page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam.config import RegistrationConfig
+from radioslam.point_cloud import rigid
+from radioslam.point_cloud.harris import find_key_points
+from radioslam.point_cloud.matching import find_motions, match
+from radioslam.point_cloud.shot import LENGTH, describe
+from radioslam.point_cloud.surface import Surface, make_surface, nearest, refine
+
+Array = NDArray[np.float64]
+
+ACCEPTED = "accepted"
+NO_MOTION = "no motion explains three matches"
+LITTLE_MATCHED = "too few points matched"
+SLIDES = "clouds slide along each other"
+
+
+@dataclass(frozen=True)
+class Features:
+    """What registration needs of one cloud; made once per cloud.
+
+    Attributes:
+        surface: down-sampled points with normals.
+        key_points: (k, 3).  descriptors: (k, 352), SHOT of each.
+    """
+
+    surface: Surface
+    key_points: Array
+    descriptors: Array
+
+
+@dataclass(frozen=True)
+class Registration:
+    """The motion between two clouds.
+
+    Attributes:
+        T_target_source: (4, 4).
+        covariance: (6, 6) of a small motion of the source in its own axes, rotation (rad) before translation (m).
+        matched: the lesser of the two clouds' parts of matched points.
+        reason: ``ACCEPTED``, or why not.
+    """
+
+    T_target_source: Array
+    covariance: Array
+    matched: float
+    reason: str
+
+    @property
+    def accepted(self) -> bool:
+        """Whether to believe it."""
+        return self.reason == ACCEPTED
+
+
+def make_features(points: Array, config: RegistrationConfig, describing: bool = True) -> Features:
+    """Down-sample a checked cloud (n, 3) in its sensor's frame, and describe its key points.
+
+    Without ``describing`` there are no key points: enough to register from a given guess.
+    """
+    near = points[np.linalg.norm(points, axis=1) <= config.max_range_m]
+    surface = make_surface(near, config.voxel_m, config.normal_neighbours)
+    if not describing or not len(surface):
+        return Features(surface, np.zeros((0, 3)), np.zeros((0, LENGTH)))
+    separation = config.key_point_separation_m
+    keys = find_key_points(
+        surface.points, surface.normals, config.harris_radius_m, separation, config.least_response, config.key_points
+    )
+    descriptors, known = describe(surface.points, surface.normals, keys, config.shot_radius_m)
+    return Features(surface, surface.points[keys[known]], descriptors[known])
+
+
+def register(
+    target: Features, source: Features, config: RegistrationConfig, guess: Array | None = None
+) -> Registration:
+    """Find the motion that lays the source over the target.
+
+    Args:
+        target, source: the clouds.
+        config: every limit.
+        guess: T_target_source (4, 4) from which ICP starts; None: the motions that matched key points agree on.
+    """
+    guesses = [guess] if guess is not None else _guesses(target, source, config)
+    found = [_refined(target.surface, source.surface, T, config) for T in guesses]
+    if not found:
+        return Registration(np.eye(4), np.full((6, 6), np.inf), 0.0, NO_MOTION)
+    return max(found, key=lambda registration: registration.matched)
+
+
+def _guesses(target: Features, source: Features, config: RegistrationConfig) -> list[Array]:
+    i, j = match(target.descriptors, source.descriptors, config.match_ratio)
+    rng = np.random.default_rng(config.seed)
+    motions = find_motions(
+        target.key_points[i],
+        source.key_points[j],
+        config.ransac_tolerance_m,
+        config.ransac_trials,
+        config.hypotheses,
+        rng,
+    )
+    return [T for T, _ in motions]
+
+
+def _refined(target: Surface, source: Surface, guess: Array, config: RegistrationConfig) -> Registration:
+    T = refine(target, source, guess, config.icp_reach_m, config.icp_iterations)
+    back = rigid.inverse(T)
+    here, i, share = _matched(target, source, T, config)
+    matched = min(share, _matched(source, target, back, config)[2])
+    covariance = icp_covariance(target, source, T, i, here, config)
+    reason = ACCEPTED
+    if matched <= config.least_matched:
+        reason = LITTLE_MATCHED
+    elif np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1]) > config.max_sigma_m:
+        reason = SLIDES
+    return Registration(T, covariance, matched, reason)
+
+
+def _matched(
+    target: Surface, source: Surface, T: Array, config: RegistrationConfig
+) -> tuple[NDArray[np.bool_], NDArray[np.int64], float]:
+    """Mask of the source's matched points, the target's nearest point to each of all, and the part that is matched."""
+    index, distance = nearest(target, rigid.transform(T, source.points))
+    cosine = np.einsum("nj,nj->n", source.normals @ T[:3, :3].T, target.normals[index])
+    matched = (distance <= config.match_distance_m) & (cosine >= np.cos(config.match_angle_rad))
+    return matched, index, float(matched.mean())
+
+
+def icp_covariance(
+    target: Surface,
+    source: Surface,
+    T: Array,
+    index: NDArray[np.int64],
+    matched: NDArray[np.bool_],
+    config: RegistrationConfig,
+) -> Array:
+    """Covariance (6, 6) of the motion, from the residuals of ICP: rotation before translation, in the source's axes.
+
+    The residual of a matched point p with the target's point q and normal n is r = n · (T p - q); a small motion
+    (ω, v) of the source changes it by n · R (v - p × ω). Least squares give Σ = s² (Jᵀ J)⁻¹ with s² = Σ r² / (m - 6).
+    Neighbouring residuals err alike, so JᵀJ counts as that of ``effective_points``; what no residual shows is added.
+    """
+    points, j = source.points[matched], index[matched]
+    normals = target.normals[j] @ T[:3, :3]
+    residual = np.einsum("nj,nj->n", rigid.transform(T, points) - target.points[j], target.normals[j])
+    systematic = np.repeat([config.systematic_sigma_rad, config.systematic_sigma_m], 3) ** 2
+    if len(points) < 7:
+        return np.asarray(np.diag(systematic + 1e6))
+    J = np.hstack([np.cross(points, normals), normals])
+    variance = max(float(residual @ residual) / (len(points) - 6), 1e-8)
+    information = J.T @ J / variance * min(1.0, config.effective_points / len(points))
+    # A direction that nothing constrains has a kilometre, not infinity.
+    return np.asarray(np.linalg.inv(information + 1e-6 * np.eye(6)) + np.diag(systematic))
