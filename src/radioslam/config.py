@@ -342,6 +342,8 @@ class ReferenceConfig(_Group):
     """Rounds of loop closing: nodes whose clouds' middles are so near under the current estimate are candidates."""
     stretch_m: float = Field(1.0, gt=0)
     """Two stretches of path of this length are tried once per round, by the pair whose middles are nearest."""
+    max_turn_rad: float = Field(1.0, gt=0)
+    """Sensors that look more different ways see different sides of things; π for lidars that look all around."""
     least_walked_m: float = Field(3.0, ge=0)
     """Nodes of one walk closer along the path than this are no loop candidates."""
     loops_per_stretch: int = Field(4, ge=1)
@@ -350,6 +352,12 @@ class ReferenceConfig(_Group):
     """Scans of two walks that are so alike make their clouds candidates."""
     radio_candidates: int = Field(3, ge=0)
     """Each scan is tried with so many scans of each other walk, the most similar."""
+    least_ties: int = Field(3, ge=1)
+    """Two walks are tied by so many registrations or more ..."""
+    tie_distance_m: float = Field(3.0, gt=0)
+    """... that lay them over each other alike within so much ..."""
+    tie_angle_rad: float = Field(0.35, gt=0)
+    """... and this."""
     odometry_translation_sigma_m: float = Field(0.1, gt=0)
     """Standard deviation per axis of 1 m moved; grows with the root of the distance."""
     odometry_rotation_sigma_rad: float = Field(0.05, gt=0)

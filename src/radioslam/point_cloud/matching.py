@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from radioslam.point_cloud import rigid
+from radioslam import rigid
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -14,7 +14,7 @@ POLISHING = 3
 """How often the motion is fitted again to the matches that it explains."""
 
 
-def match(target: Array, source: Array, ratio: float) -> tuple[Integers, Integers]:
+def match(target: NDArray[np.float32], source: NDArray[np.float32], ratio: float) -> tuple[Integers, Integers]:
     """Pairs of target and source descriptors (n, 352) and (m, 352) of which each is nearest to the other.
 
     Of a source's two nearest targets the first must be nearer than ``ratio`` times the second (Lowe 2004).

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from radioslam import rigid
 from radioslam.config import RegistrationConfig
-from radioslam.point_cloud import rigid
 from radioslam.point_cloud.harris import find_key_points
 from radioslam.point_cloud.matching import find_motions, match
 from radioslam.point_cloud.shot import LENGTH, describe
@@ -33,7 +33,7 @@ class Features:
 
     surface: Surface
     key_points: Array
-    descriptors: Array
+    descriptors: NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -58,21 +58,18 @@ class Registration:
         return self.reason == ACCEPTED
 
 
-def make_features(points: Array, config: RegistrationConfig, describing: bool = True) -> Features:
-    """Down-sample a checked cloud (n, 3) in its sensor's frame, and describe its key points.
-
-    Without ``describing`` there are no key points: enough to register from a given guess.
-    """
+def make_features(points: Array, config: RegistrationConfig) -> Features:
+    """Down-sample a checked cloud (n, 3) in its sensor's frame, and describe its key points."""
     near = points[np.linalg.norm(points, axis=1) <= config.max_range_m]
     surface = make_surface(near, config.voxel_m, config.normal_neighbours)
-    if not describing or not len(surface):
-        return Features(surface, np.zeros((0, 3)), np.zeros((0, LENGTH)))
+    if not len(surface):
+        return Features(surface, np.zeros((0, 3)), np.zeros((0, LENGTH), np.float32))
     separation = config.key_point_separation_m
     keys = find_key_points(
         surface.points, surface.normals, config.harris_radius_m, separation, config.least_response, config.key_points
     )
     descriptors, known = describe(surface.points, surface.normals, keys, config.shot_radius_m)
-    return Features(surface, surface.points[keys[known]], descriptors[known])
+    return Features(surface, surface.points[keys[known]], descriptors[known].astype(np.float32))
 
 
 def register(
@@ -83,12 +80,16 @@ def register(
     Args:
         target, source: the clouds.
         config: every limit.
-        guess: T_target_source (4, 4) from which ICP starts; None: the motions that matched key points agree on.
+        guess: T_target_source (4, 4) from which ICP starts first; where that is not accepted, or without a guess, it
+            starts from the motions that matched key points agree on.
     """
-    guesses = [guess] if guess is not None else _guesses(target, source, config)
-    found = [_refined(target.surface, source.surface, T, config) for T in guesses]
+    if guess is not None:
+        from_guess = _refined(target.surface, source.surface, guess, config)
+        if from_guess.accepted:
+            return from_guess
+    found = [_refined(target.surface, source.surface, T, config) for T in _guesses(target, source, config)]
     if not found:
-        return Registration(np.eye(4), np.full((6, 6), np.inf), 0.0, NO_MOTION)
+        return Registration(np.eye(4), 1e6 * np.eye(6), 0.0, NO_MOTION)
     return max(found, key=lambda registration: registration.matched)
 
 

@@ -55,7 +55,7 @@ def describe(points: Array, normals: Array, keys: Integers, radius_m: float) -> 
 
 
 def _neighbourhoods(points: Array, keys: Integers, radius_m: float) -> tuple[Integers, Integers, Array]:
-    """Pairs of key point number and point index, sorted by key point, with their distance; the point itself left out."""
+    """Pairs of key point number and point index, sorted by key point, with distance; not the point itself."""
     pairs = KDTree(points[keys]).sparse_distance_matrix(KDTree(points), radius_m, output_type="ndarray")
     pairs = pairs[(pairs["v"] > 1e-9)]
     pairs = pairs[np.lexsort((pairs["j"], pairs["i"]))]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -12,20 +13,23 @@ from radioslam.errors import ConfigError
 
 Array = NDArray[np.float64]
 
+FEWEST_NEIGHBOURS = 5
+PREPARED = 256
+"""So many surfaces keep their k-d tree and covariances, ten times the size of their points."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Surface:
     """One point cloud, ready to be registered, in the frame of its sensor.
 
     Attributes:
         points: (n, 3) metres, one per occupied voxel.  normals: (n, 3) unit vectors, turned to the sensor.
-        cloud, tree: the same for ``small_gicp``.
+        normal_neighbours: points from which each normal was estimated.
     """
 
     points: Array
     normals: Array
-    cloud: Any
-    tree: Any
+    normal_neighbours: int
 
     def __len__(self) -> int:
         return len(self.points)
@@ -40,29 +44,40 @@ def small_gicp() -> Any:
     try:
         import small_gicp as library
     except ImportError:
-        raise ConfigError("point clouds need small_gicp; install it with: pip install 'radioslam[pointcloud]'") from None
+        advice = "install it with: pip install 'radioslam[pointcloud]'"
+        raise ConfigError(f"point clouds need small_gicp; {advice}") from None
     return library
 
 
 def make_surface(points: Array, voxel_m: float, normal_neighbours: int) -> Surface:
     """Down-sample points (n, 3) to one per voxel and estimate normals; points without a normal are left out."""
-    library = small_gicp()
-    cloud, tree = library.preprocess_points(points, voxel_m, normal_neighbours)
+    if len(points) < FEWEST_NEIGHBOURS:
+        return Surface(np.zeros((0, 3)), np.zeros((0, 3)), normal_neighbours)
+    cloud, _ = small_gicp().preprocess_points(points, voxel_m, normal_neighbours)
     kept, normals = cloud.points()[:, :3], cloud.normals()[:, :3]
     known = np.linalg.norm(normals, axis=1) > 0.5
-    if not known.all():
-        cloud, tree = library.preprocess_points(kept[known], voxel_m / 1000, normal_neighbours)
-        kept, normals = cloud.points()[:, :3], cloud.normals()[:, :3]
-    towards = np.where(np.einsum("nj,nj->n", kept, normals) > 0, -1.0, 1.0)
-    return Surface(np.array(kept), normals * towards[:, None], cloud, tree)
+    away = np.einsum("nj,nj->n", kept, normals) > 0
+    normals[away] *= -1.0
+    return Surface(kept[known], normals[known], normal_neighbours)
+
+
+@lru_cache(maxsize=PREPARED)
+def _prepared(surface: Surface) -> tuple[Any, Any]:
+    """Cloud with covariances and k-d tree for ``small_gicp``."""
+    library = small_gicp()
+    cloud = library.PointCloud(surface.points)
+    tree = library.KdTree(cloud)
+    library.estimate_normals_covariances(cloud, tree, surface.normal_neighbours)
+    return cloud, tree
 
 
 def refine(target: Surface, source: Surface, T_target_source: Array, reach_m: float, iterations: int) -> Array:
     """The motion (4, 4) after ICP from plane to plane (Segal et al. 2009), pairing points within ``reach_m``."""
+    cloud, tree = _prepared(target)
     result = small_gicp().align(
-        target.cloud,
-        source.cloud,
-        target.tree,
+        cloud,
+        _prepared(source)[0],
+        tree,
         T_target_source,
         registration_type="GICP",
         max_correspondence_distance=reach_m,
@@ -73,5 +88,5 @@ def refine(target: Surface, source: Surface, T_target_source: Array, reach_m: fl
 
 def nearest(target: Surface, points: Array) -> tuple[NDArray[np.int64], Array]:
     """Index (n,) of the nearest point of the target, and its distance (n,), for points (n, 3)."""
-    index, squared = target.tree.batch_knn_search(points, 1)
+    index, squared = _prepared(target)[1].batch_knn_search(points, 1)
     return index[:, 0].astype(np.int64), np.sqrt(squared[:, 0])

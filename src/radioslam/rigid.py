@@ -88,7 +88,11 @@ def interpolate(time_s: Array, T: Array, at_s: Array) -> Array:
     after = np.minimum(after, len(time_s) - 1)
     span = time_s[after] - time_s[before]
     share = np.divide(at_s - time_s[before], span, out=np.zeros(len(at_s)), where=span > 0)
-    start, end = T[before], T[after]
+    return blend(T[before], T[after], share)
+
+
+def blend(start: Array, end: Array, share: Array) -> Array:
+    """Motions (n, 4, 4) that lie a share (n,) of the way from start to end."""
     turn = Rotation.from_matrix(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3]).as_rotvec() * share[:, None]
     R = start[:, :3, :3] @ Rotation.from_rotvec(turn).as_matrix()
     return motion(R, start[:, :3, 3] + share[:, None] * (end[:, :3, 3] - start[:, :3, 3]))

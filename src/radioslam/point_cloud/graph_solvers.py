@@ -1,0 +1,83 @@
+"""Optimizing a graph of point clouds: in the plane by this package's own solver, in space by GTSAM (known here only)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam import rigid
+from radioslam.config import OptimizerConfig, ReferenceConfig
+from radioslam.errors import ConfigError
+from radioslam.factors import BetweenBlock, PriorBlock
+from radioslam.optimizer import minimize
+from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph
+from radioslam.pose_graph import PoseGraph, Priors
+
+Array = NDArray[np.float64]
+
+ANCHOR_SIGMA = 1e-4
+
+
+def solve(graph: SpatialGraph, planar: bool, config: ReferenceConfig) -> tuple[SpatialGraph, bool]:
+    """The graph with its best poses, and whether the optimizer converged."""
+    poses, converged = (_solve_planar if planar else _solve_spatial)(graph, config)
+    return replace(graph, T_map_body=poses), converged
+
+
+def planar_graph(graph: SpatialGraph) -> PoseGraph:
+    """The same nodes and edges as x, y and heading."""
+    poses = rigid.to_planar(graph.T_map_body)
+    stiff = np.broadcast_to(np.eye(3) / ANCHOR_SIGMA**2, (len(graph.anchors), 3, 3))
+    priors = Priors(graph.anchors, poses[graph.anchors], stiff)
+    return PoseGraph(poses, graph.odometry.planar(), loops=graph.loops.planar(), priors=priors)
+
+
+def _solve_planar(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, bool]:
+    flat = planar_graph(graph)
+    blocks = [
+        BetweenBlock(flat.odometry),
+        BetweenBlock(flat.loops, loss="dcs", loss_scale=config.loop_loss_scale),
+        PriorBlock(flat.priors),
+    ]
+    solution = minimize(blocks, flat.poses.ravel(), OptimizerConfig(max_iterations=config.max_iterations))
+    poses = rigid.from_planar(solution.x[: flat.poses.size].reshape(-1, 3))
+    poses[:, 2, 3] = graph.T_map_body[:, 2, 3]
+    return poses, solution.converged
+
+
+def _solve_spatial(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, bool]:
+    gtsam = _gtsam()
+    factors, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
+    for k, T in enumerate(graph.T_map_body):
+        initial.insert(k, gtsam.Pose3(T))
+    for k in graph.anchors:
+        noise = gtsam.noiseModel.Isotropic.Sigma(6, ANCHOR_SIGMA)
+        factors.add(gtsam.PriorFactorPose3(int(k), gtsam.Pose3(graph.T_map_body[k]), noise))
+    _add_edges(gtsam, factors, graph.odometry, None)
+    _add_edges(gtsam, factors, graph.loops, gtsam.noiseModel.mEstimator.DCS.Create(config.loop_loss_scale**2))
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setMaxIterations(config.max_iterations)
+    optimizer = gtsam.LevenbergMarquardtOptimizer(factors, initial, parameters)
+    before, values = factors.error(initial), optimizer.optimize()
+    poses = np.array([values.atPose3(k).matrix() for k in range(len(graph.T_map_body))])
+    converged = bool(factors.error(values) <= before and optimizer.iterations() < config.max_iterations)
+    return poses, converged
+
+
+def _add_edges(gtsam: Any, factors: Any, edges: SpatialEdges, loss: Any) -> None:
+    for i, j, T, covariance in zip(edges.i, edges.j, edges.T_i_j, edges.covariance, strict=True):
+        noise = gtsam.noiseModel.Gaussian.Covariance(covariance)
+        noise = gtsam.noiseModel.Robust.Create(loss, noise) if loss is not None else noise
+        factors.add(gtsam.BetweenFactorPose3(int(i), int(j), gtsam.Pose3(T), noise))
+
+
+def _gtsam() -> Any:
+    try:
+        import gtsam
+    except ImportError:
+        advice = "install it with: pip install 'radioslam[pointcloud]', or give --planar"
+        raise ConfigError(f"graphs in space need GTSAM; {advice}") from None
+    return gtsam
