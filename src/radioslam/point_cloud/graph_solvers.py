@@ -1,4 +1,4 @@
-"""Optimizing a graph of point clouds: in the plane by this package's own solver, in space by GTSAM (known here only)."""
+"""Optimizing a graph of point clouds: in the plane by this package's solver, in space by GTSAM, known here only."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from radioslam import rigid
 from radioslam.config import OptimizerConfig, ReferenceConfig
 from radioslam.errors import ConfigError
 from radioslam.factors import BetweenBlock, PriorBlock
+from radioslam.normal_equations import Block
 from radioslam.optimizer import minimize
 from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph
 from radioslam.pose_graph import PoseGraph, Priors
@@ -37,7 +38,7 @@ def planar_graph(graph: SpatialGraph) -> PoseGraph:
 
 def _solve_planar(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, bool]:
     flat = planar_graph(graph)
-    blocks = [
+    blocks: list[Block] = [
         BetweenBlock(flat.odometry),
         BetweenBlock(flat.loops, loss="dcs", loss_scale=config.loop_loss_scale),
         PriorBlock(flat.priors),

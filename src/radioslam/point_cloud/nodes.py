@@ -85,8 +85,8 @@ def collect_nodes(
     if len(rows) < 2:
         why = (warnings or skipped or [""])[0]
         raise MappingError(f"expected two clouds or more that can be registered, found {len(rows)}; {why}")
-    walk, time_s, poses, distance_m, mounts, features = zip(*rows, strict=True)
-    middle = np.array([np.median(one.surface.points, axis=0) for one in features])
+    walk, time_s, poses, distance_m, mounts, described = zip(*rows, strict=True)
+    middle = np.array([np.median(one.surface.points, axis=0) for one in described])
     return Nodes(
         np.array(walk, dtype=np.int64),
         np.array(time_s),
@@ -94,7 +94,7 @@ def collect_nodes(
         np.array(distance_m),
         np.array(mounts),
         middle,
-        tuple(features),
+        tuple(described),
         tuple(skipped),
         tuple(warnings[:1]),
     )

@@ -45,7 +45,7 @@ class SpatialEdges:
     def planar(self) -> Edges:
         """What they say of x, y and heading, the rest marginalized."""
         covariance = self.covariance[:, _PLANAR[:, None], _PLANAR]
-        return Edges(self.i, self.j, rigid.to_planar(self.T_i_j), np.linalg.inv(covariance))
+        return Edges(self.i, self.j, rigid.to_planar(self.T_i_j), np.asarray(np.linalg.inv(covariance), float))
 
 
 @dataclass(frozen=True)
