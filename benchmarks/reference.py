@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import replace
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
@@ -57,11 +57,11 @@ def precision_and_recall(overlaps: list[float], found: list[Registration], error
     right = (errors[:, 0] <= RIGHT_M) & (errors[:, 1] <= RIGHT_RAD)
     far = (errors[:, 0] > 4 * RIGHT_M) | (errors[:, 1] > 4 * RIGHT_RAD)
     lines = [
-        "| overlap | pairs | right | accepted | accepted right | accepted, 5-20 cm or 3-12° off | accepted, farther off "
+        "| overlap | pairs | right | accepted | accepted right | accepted, up to 20 cm, 12° off | accepted, farther "
         "| precision | recall |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
-    rows = [*zip(BINS, BINS[1:], strict=False), (0.5, 1.0), (0.0, 1.0)]
+    rows = [*pairwise(BINS), (0.5, 1.0), (0.0, 1.0)]
     for low, high in rows:
         here = (np.array(overlaps) >= low) & (np.array(overlaps) < high + (high == 1.0))
         good, taken = int((here & accepted & right).sum()), int((here & accepted).sum())

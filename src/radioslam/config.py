@@ -332,19 +332,19 @@ class RegistrationConfig(_Group):
 class ReferenceConfig(_Group):
     """Point clouds at odometry poses -> reference paths."""
 
-    key_frame_m: float = Field(0.3, ge=0)
+    key_frame_m: float = Field(0.1, ge=0)
     """A cloud becomes a node of the graph when the sensor has moved so far since the last one ..."""
-    key_frame_rad: float = Field(0.25, ge=0)
+    key_frame_rad: float = Field(0.1, ge=0)
     """... or turned so far."""
-    chain: int = Field(2, ge=1)
+    chain: int = Field(4, ge=1)
     """Each node is registered with so many that follow it, from odometry's guess."""
     gates_m: tuple[float, ...] = (6.0, 1.5)
     """Rounds of loop closing: nodes whose clouds' middles are so near under the current estimate are candidates."""
-    stretch_m: float = Field(1.0, gt=0)
+    stretch_m: float = Field(0.5, gt=0)
     """Two stretches of path of this length are tried once per round, by the pair whose middles are nearest."""
     max_turn_rad: float = Field(1.0, gt=0)
     """Sensors that look more different ways see different sides of things; π for lidars that look all around."""
-    least_walked_m: float = Field(3.0, ge=0)
+    least_walked_m: float = Field(1.0, ge=0)
     """Nodes of one walk closer along the path than this are no loop candidates."""
     loops_per_stretch: int = Field(4, ge=1)
     """Each stretch is tried with so many others per round, the nearest first."""

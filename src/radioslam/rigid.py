@@ -72,7 +72,7 @@ def quaternions(T: Array) -> Array:
 def from_planar(poses: Array) -> Array:
     """(n, 4, 4) from planar poses x, y, θ (n, 3): in the plane z = 0, turned about z."""
     n = len(poses)
-    R = Rotation.from_euler("z", poses[:, 2]).as_matrix().reshape(n, 3, 3)
+    R = Rotation.from_euler("z", poses[:, 2:3]).as_matrix()
     return motion(R, np.column_stack([poses[:, :2], np.zeros(n)]))
 
 

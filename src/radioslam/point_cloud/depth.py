@@ -57,9 +57,10 @@ def read_depth(path: Path) -> NDArray[np.uint16]:
     return pixels.astype(np.uint16)
 
 
-def write_depth(path: Path, depth_mm: NDArray[np.uint16]) -> None:
-    """Write a depth image (height, width) in millimetres."""
-    pillow().fromarray(depth_mm).save(path)
+def write_depth(path: Path, depth_m: Array) -> None:
+    """Write a depth image (height, width) of metres, 0 where there is no reading."""
+    depth_mm = np.round(depth_m * 1000.0).clip(0, NO_READING[1] - 1)
+    pillow().fromarray(depth_mm.astype(np.uint16)).save(path)
 
 
 def back_project(depth_mm: NDArray[np.uint16], K: Array) -> Array:

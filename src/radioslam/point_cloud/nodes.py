@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +15,10 @@ from radioslam.errors import LogError, MappingError
 from radioslam.point_cloud.clouds import check_cloud, read_cloud, unit_warning
 from radioslam.point_cloud.recordings import Recording
 from radioslam.point_cloud.registration import Features, make_features
+from radioslam.progress import Tell
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
-
-Tell = Callable[[str, int | None, int | None], None]
 
 
 @dataclass(frozen=True)

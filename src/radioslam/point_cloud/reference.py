@@ -18,11 +18,12 @@ from radioslam import rigid
 from radioslam.config import Config, ReferenceConfig
 from radioslam.point_cloud.candidates import alike_by_radio, along_walks, near_in_estimate
 from radioslam.point_cloud.graph_solvers import solve
-from radioslam.point_cloud.nodes import Nodes, Tell, collect_nodes
+from radioslam.point_cloud.nodes import Nodes, collect_nodes
 from radioslam.point_cloud.recordings import Recording
 from radioslam.point_cloud.registration import ACCEPTED, Registration, register
 from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph, moved
 from radioslam.point_cloud.tying import tie_walks
+from radioslam.progress import Tell
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
