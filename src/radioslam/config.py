@@ -306,9 +306,11 @@ class RegistrationConfig(_Group):
     ransac_trials: int = Field(4000, ge=1)
     """Triples of matches that are drawn."""
     hypotheses: int = Field(3, ge=1)
-    """Motions, the best supported ones, that are refined by ICP; the one that matches most points stays."""
+    """Motions, the best supported ones, that are refined by ICP until one is accepted."""
     icp_reach_m: float = Field(0.1, gt=0)
     """ICP pairs points no farther apart."""
+    icp_points: int = Field(1500, ge=100)
+    """About so many points of the source, evenly chosen, are laid over all of the target's."""
     icp_iterations: int = Field(20, ge=1)
     """At most."""
     match_distance_m: float = Field(0.05, gt=0)

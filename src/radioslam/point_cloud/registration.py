@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,9 +18,12 @@ from radioslam.point_cloud.surface import Surface, make_surface, nearest, refine
 Array = NDArray[np.float64]
 
 ACCEPTED = "accepted"
-NO_MOTION = "no motion explains three matches"
+NO_MOTION = "no motion brings the clouds together"
 LITTLE_MATCHED = "too few points matched"
 SLIDES = "clouds slide along each other"
+
+PROBES = 300
+"""Points that tell whether ICP is worth a start."""
 
 
 @dataclass(frozen=True)
@@ -83,32 +87,39 @@ def register(
         guess: T_target_source (4, 4) from which ICP starts first; where that is not accepted, or without a guess, it
             starts from the motions that matched key points agree on.
     """
+    best = Registration(np.eye(4), 1e6 * np.eye(6), 0.0, NO_MOTION)
+    for T in _guesses(target, source, config, guess):
+        if not _promising(target.surface, source.surface, T, config):
+            continue
+        found = _refined(target.surface, source.surface, T, config)
+        if found.accepted:
+            return found
+        best = max(best, found, key=lambda registration: registration.matched)
+    return best
+
+
+def _promising(target: Surface, source: Surface, T: Array, config: RegistrationConfig) -> bool:
+    """Whether ICP could get there: of a few hundred points, enough lie within twice its reach."""
+    few = source.points[:: 1 + len(source) // PROBES]
+    if not len(few) or not len(target):
+        return False
+    distance = nearest(target, rigid.transform(T, few))[1]
+    return bool((distance <= 2 * config.icp_reach_m).mean() > config.least_matched)
+
+
+def _guesses(target: Features, source: Features, config: RegistrationConfig, guess: Array | None) -> Iterator[Array]:
+    """The given guess, and, if that will not do, the motions that matched key points agree on."""
     if guess is not None:
-        from_guess = _refined(target.surface, source.surface, guess, config)
-        if from_guess.accepted:
-            return from_guess
-    found = [_refined(target.surface, source.surface, T, config) for T in _guesses(target, source, config)]
-    if not found:
-        return Registration(np.eye(4), 1e6 * np.eye(6), 0.0, NO_MOTION)
-    return max(found, key=lambda registration: registration.matched)
-
-
-def _guesses(target: Features, source: Features, config: RegistrationConfig) -> list[Array]:
+        yield guess
     i, j = match(target.descriptors, source.descriptors, config.match_ratio)
+    a, b = target.key_points[i], source.key_points[j]
     rng = np.random.default_rng(config.seed)
-    motions = find_motions(
-        target.key_points[i],
-        source.key_points[j],
-        config.ransac_tolerance_m,
-        config.ransac_trials,
-        config.hypotheses,
-        rng,
-    )
-    return [T for T, _ in motions]
+    for T, _ in find_motions(a, b, config.ransac_tolerance_m, config.ransac_trials, config.hypotheses, rng):
+        yield T
 
 
 def _refined(target: Surface, source: Surface, guess: Array, config: RegistrationConfig) -> Registration:
-    T = refine(target, source, guess, config.icp_reach_m, config.icp_iterations)
+    T = refine(target, source, guess, config.icp_reach_m, config.icp_points, config.icp_iterations)
     back = rigid.inverse(T)
     here, i, share = _matched(target, source, T, config)
     matched = min(share, _matched(source, target, back, config)[2])

@@ -71,12 +71,30 @@ def _prepared(surface: Surface) -> tuple[Any, Any]:
     return cloud, tree
 
 
-def refine(target: Surface, source: Surface, T_target_source: Array, reach_m: float, iterations: int) -> Array:
-    """The motion (4, 4) after ICP from plane to plane (Segal et al. 2009), pairing points within ``reach_m``."""
+@lru_cache(maxsize=PREPARED)
+def _thinned(surface: Surface, most: int) -> Any:
+    """About ``most`` of the points, evenly chosen, with covariances."""
+    library = small_gicp()
+    every = max(1, round(len(surface) / most))
+    if every == 1:
+        return _prepared(surface)[0]
+    # small_gicp takes covariances only from its own estimate: that among the thinned points, of as wide a patch.
+    cloud = library.PointCloud(surface.points[::every])
+    library.estimate_covariances(cloud, None, max(5, surface.normal_neighbours // every))
+    return cloud
+
+
+def refine(
+    target: Surface, source: Surface, T_target_source: Array, reach_m: float, most_points: int, iterations: int
+) -> Array:
+    """The motion (4, 4) after ICP from plane to plane (Segal et al. 2009), pairing points within ``reach_m``.
+
+    Of the source about ``most_points`` points take part.
+    """
     cloud, tree = _prepared(target)
     result = small_gicp().align(
         cloud,
-        _prepared(source)[0],
+        _thinned(source, most_points),
         tree,
         T_target_source,
         registration_type="GICP",
