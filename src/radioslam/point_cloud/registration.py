@@ -22,6 +22,8 @@ NO_MOTION = "no motion brings the clouds together"
 LITTLE_MATCHED = "too few points matched"
 SLIDES = "clouds slide along each other"
 
+UNKNOWN = 1e6 * np.eye(6)
+"""Covariance of a motion of which nothing is known."""
 PROBES = 300
 """Points that tell whether ICP is worth a start."""
 
@@ -87,7 +89,7 @@ def register(
         guess: T_target_source (4, 4) from which ICP starts first; where that is not accepted, or without a guess, it
             starts from the motions that matched key points agree on.
     """
-    best = Registration(np.eye(4), 1e6 * np.eye(6), 0.0, NO_MOTION)
+    best = Registration(np.eye(4), UNKNOWN, 0.0, NO_MOTION)
     for T in _guesses(target, source, config, guess):
         if not _promising(target.surface, source.surface, T, config):
             continue
@@ -153,17 +155,33 @@ def icp_covariance(
     """Covariance (6, 6) of the motion, from the residuals of ICP: rotation before translation, in the source's axes.
 
     The residual of a matched point p with the target's point q and normal n is r = n · (T p - q); a small motion
-    (ω, v) of the source changes it by n · R (v - p × ω). Least squares give Σ = s² (Jᵀ J)⁻¹ with s² = Σ r² / (m - 6).
-    Neighbouring residuals err alike, so JᵀJ counts as that of ``effective_points``; what no residual shows is added.
+    (ω, v) of the source changes it by n · R G (ω, v) with G = (-[p]×, I). Least squares give Σ = s² H⁻¹ with
+    s² = Σ r² / (m - 6) and H = Σ Gᵀ n nᵀ G. Normals err too, and would make a bare wall seem to hold in all directions:
+    with ν the variance of a normal in each axis, by what the normals of matched points differ, H = Σ Gᵀ (n nᵀ - ν I) G.
+    Neighbouring residuals err alike, so H counts as that of ``effective_points``; what no residual shows is added.
     """
     points, j = source.points[matched], index[matched]
     normals = target.normals[j] @ T[:3, :3]
     residual = np.einsum("nj,nj->n", rigid.transform(T, points) - target.points[j], target.normals[j])
-    systematic = np.repeat([config.systematic_sigma_rad, config.systematic_sigma_m], 3) ** 2
-    if len(points) < 7:
-        return np.asarray(np.diag(systematic + 1e6))
+    systematic = np.diag(np.repeat([config.systematic_sigma_rad, config.systematic_sigma_m], 3) ** 2)
+    count = len(points)
+    if count < 7:
+        return UNKNOWN + systematic
+    variance = max(float(residual @ residual) / (count - 6), 1e-8)
+    normal_variance = float(np.mean(1.0 - np.einsum("nj,nj->n", normals, source.normals[matched]))) / 2
     J = np.hstack([np.cross(points, normals), normals])
-    variance = max(float(residual @ residual) / (len(points) - 6), 1e-8)
-    information = J.T @ J / variance * min(1.0, config.effective_points / len(points))
-    # A direction that nothing constrains has a kilometre, not infinity.
-    return np.asarray(np.linalg.inv(information + 1e-6 * np.eye(6)) + np.diag(systematic))
+    G = _small_motions(points)
+    H = J.T @ J - normal_variance * np.einsum("nai,naj->ij", G, G)
+    values, vectors = np.linalg.eigh(H * min(1.0, config.effective_points / count) / variance)
+    # A direction that nothing holds has a kilometre, not infinity.
+    return np.asarray((vectors / np.maximum(values, 1e-6)) @ vectors.T + systematic)
+
+
+def _small_motions(points: Array) -> Array:
+    """G (n, 3, 6): how points move under (ω, v), ω × p + v."""
+    G = np.zeros((len(points), 3, 6))
+    x, y, z = points.T
+    G[:, 0, 1], G[:, 0, 2], G[:, 1, 0] = z, -y, -z
+    G[:, 1, 2], G[:, 2, 0], G[:, 2, 1] = x, y, -x
+    G[:, :, 3:] = np.eye(3)
+    return G
