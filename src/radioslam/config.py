@@ -364,8 +364,8 @@ class ReferenceConfig(_Group):
     """Standard deviation per axis of 1 m moved; grows with the root of the distance."""
     odometry_rotation_sigma_rad: float = Field(0.05, gt=0)
     """Standard deviation per angle of 1 m moved; grows with the root of the distance."""
-    loop_loss_scale: float = Field(1.0, gt=0)
-    """Where the robust loss of registrations leaves the square, in standard deviations."""
+    loop_loss_scale: float = Field(3.0, gt=0)
+    """Where the robust loss of registrations leaves the square in the end, in standard deviations."""
     max_iterations: int = Field(100, ge=1)
     """Of the optimizer."""
 

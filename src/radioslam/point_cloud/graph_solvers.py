@@ -20,12 +20,24 @@ from radioslam.pose_graph import PoseGraph, Priors
 Array = NDArray[np.float64]
 
 ANCHOR_SIGMA = 1e-4
+GRADUATION = (1000.0, 300.0, 100.0, 30.0, 10.0, 3.0, 1.0)
+"""Widenings of the robust loss, one solution after the other."""
 
 
 def solve(graph: SpatialGraph, planar: bool, config: ReferenceConfig) -> tuple[SpatialGraph, bool]:
-    """The graph with its best poses, and whether the optimizer converged."""
-    poses, converged = (_solve_planar if planar else _solve_spatial)(graph, config)
-    return replace(graph, T_map_body=poses), converged
+    """The graph with its best poses, and whether the optimizer converged.
+
+    Registrations are good to a centimetre, drift is metres: at first even right loops lie a hundred standard deviations
+    off, and a robust loss would pass them over. So the loss is wide at first and narrows with each solution (graduated
+    non-convexity, Yang et al. 2020).
+    """
+    converged = False
+    for widening in GRADUATION:
+        poses, converged = (_solve_planar if planar else _solve_spatial)(
+            graph, config, widening * config.loop_loss_scale
+        )
+        graph = replace(graph, T_map_body=poses)
+    return graph, converged
 
 
 def planar_graph(graph: SpatialGraph) -> PoseGraph:
@@ -36,11 +48,11 @@ def planar_graph(graph: SpatialGraph) -> PoseGraph:
     return PoseGraph(poses, graph.odometry.planar(), loops=graph.loops.planar(), priors=priors)
 
 
-def _solve_planar(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, bool]:
+def _solve_planar(graph: SpatialGraph, config: ReferenceConfig, loss_scale: float) -> tuple[Array, bool]:
     flat = planar_graph(graph)
     blocks: list[Block] = [
         BetweenBlock(flat.odometry),
-        BetweenBlock(flat.loops, loss="dcs", loss_scale=config.loop_loss_scale),
+        BetweenBlock(flat.loops, loss="dcs", loss_scale=loss_scale),
         PriorBlock(flat.priors),
     ]
     solution = minimize(blocks, flat.poses.ravel(), OptimizerConfig(max_iterations=config.max_iterations))
@@ -49,7 +61,7 @@ def _solve_planar(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, 
     return poses, solution.converged
 
 
-def _solve_spatial(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array, bool]:
+def _solve_spatial(graph: SpatialGraph, config: ReferenceConfig, loss_scale: float) -> tuple[Array, bool]:
     gtsam = _gtsam()
     factors, initial = gtsam.NonlinearFactorGraph(), gtsam.Values()
     for k, T in enumerate(graph.T_map_body):
@@ -58,7 +70,7 @@ def _solve_spatial(graph: SpatialGraph, config: ReferenceConfig) -> tuple[Array,
         noise = gtsam.noiseModel.Isotropic.Sigma(6, ANCHOR_SIGMA)
         factors.add(gtsam.PriorFactorPose3(int(k), gtsam.Pose3(graph.T_map_body[k]), noise))
     _add_edges(gtsam, factors, graph.odometry, None)
-    _add_edges(gtsam, factors, graph.loops, gtsam.noiseModel.mEstimator.DCS.Create(config.loop_loss_scale**2))
+    _add_edges(gtsam, factors, graph.loops, gtsam.noiseModel.mEstimator.DCS.Create(loss_scale**2))
     parameters = gtsam.LevenbergMarquardtParams()
     parameters.setMaxIterations(config.max_iterations)
     optimizer = gtsam.LevenbergMarquardtOptimizer(factors, initial, parameters)
