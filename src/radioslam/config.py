@@ -319,8 +319,15 @@ class RegistrationConfig(_Group):
     """... whose normal differs by no more than this."""
     least_matched: float = Field(0.5, gt=0, lt=1)
     """A registration is accepted if more than this part of the points of either cloud is matched."""
+    least_facing: float = Field(0.3, gt=0, lt=1)
+    """... and so in each direction, of the points that face it and that the other sensor must have seen: walls match
+    however far clouds slide along them ..."""
+    fewest_facing: int = Field(20, ge=1)
+    """... with at least so many such points ..."""
+    beside_rad: float = Field(0.05, gt=0)
+    """A sensor looked where it saw something so near beside."""
     max_sigma_m: float = Field(0.1, gt=0)
-    """... and if no direction is known worse than this: clouds of one wall slide along each other."""
+    """... and if no direction is known worse than this."""
     systematic_sigma_m: float = Field(0.01, ge=0)
     """Errors that residuals do not show (bent depth), added to each axis of the covariance ..."""
     systematic_sigma_rad: float = Field(0.005, ge=0)
@@ -364,6 +371,8 @@ class ReferenceConfig(_Group):
     """Standard deviation per axis of 1 m moved; grows with the root of the distance."""
     odometry_rotation_sigma_rad: float = Field(0.05, gt=0)
     """Standard deviation per angle of 1 m moved; grows with the root of the distance."""
+    odometry_scale_sigma: float = Field(0.02, gt=0, lt=1)
+    """Of a walk's metres as a whole, relative; an unknown of the planar graph."""
     loop_loss_scale: float = Field(3.0, gt=0)
     """Where the robust loss of registrations leaves the square in the end, in standard deviations."""
     max_iterations: int = Field(100, ge=1)

@@ -62,7 +62,9 @@ def test_a_loop_takes_the_drift_away_and_wrong_loops_do_not_bring_it_back(planar
         np.concatenate([good.T_i_j, wrong.T_i_j @ shift]),
         np.tile(COVARIANCE, (len(pairs) + 2, 1, 1)),
     )
-    solved, converged = solve(SpatialGraph(poses, chain, loops, np.array([0])), planar, CONFIG)
+    solved, converged = solve(
+        SpatialGraph(poses, chain, loops, np.array([0]), np.zeros(len(poses), np.int64)), planar, CONFIG
+    )
     assert converged
     assert error(poses, truth) > 0.15
     assert error(solved.T_map_body, truth) < 0.5 * error(poses, truth)
@@ -73,7 +75,9 @@ def test_space_and_plane_agree_on_a_plane():
     pytest.importorskip("gtsam")
     truth = ring(True)
     poses, chain = drifting(truth, True)
-    graph = SpatialGraph(poses, chain, edges([(0, len(truth) - 1)], truth), np.array([0]))
+    graph = SpatialGraph(
+        poses, chain, edges([(0, len(truth) - 1)], truth), np.array([0]), np.zeros(len(poses), np.int64)
+    )
     flat, space = (solve(graph, planar, CONFIG)[0].T_map_body for planar in (True, False))
     np.testing.assert_allclose(flat, space, atol=5e-3)
 
@@ -91,7 +95,7 @@ def test_the_covariance_of_a_mounted_frame_is_that_of_moved_samples():
 def test_planar_g2o_is_read_by_this_package(tmp_path):
     truth = ring(True)
     poses, chain = drifting(truth, True)
-    graph = SpatialGraph(poses, chain, edges([(0, 23), (3, 9)], truth), np.array([0]))
+    graph = SpatialGraph(poses, chain, edges([(0, 23), (3, 9)], truth), np.array([0]), np.zeros(len(poses), np.int64))
     write_g2o(planar_graph(graph), tmp_path / "graph.g2o")
     read = read_g2o((tmp_path / "graph.g2o").read_text())
     np.testing.assert_allclose(read.poses, rigid.to_planar(poses), atol=1e-12)
@@ -102,7 +106,7 @@ def test_spatial_g2o_is_what_gtsam_reads(tmp_path):
     gtsam = pytest.importorskip("gtsam")
     truth = ring(False)
     poses, chain = drifting(truth, False)
-    graph = SpatialGraph(poses, chain, edges([(0, 23)], truth), np.array([0]))
+    graph = SpatialGraph(poses, chain, edges([(0, 23)], truth), np.array([0]), np.zeros(len(poses), np.int64))
     write_spatial_g2o(graph, tmp_path / "graph.g2o")
     factors, values = gtsam.readG2o(str(tmp_path / "graph.g2o"), True)
     read = np.array([values.atPose3(k).matrix() for k in range(len(poses))])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from radioslam import rigid
 from radioslam.config import OptimizerConfig, ReferenceConfig
 from radioslam.errors import ConfigError
-from radioslam.factors import BetweenBlock, PriorBlock
+from radioslam.factors import BetweenBlock, PriorBlock, ZeroBlock
 from radioslam.normal_equations import Block
 from radioslam.optimizer import minimize
 from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph
@@ -49,13 +49,18 @@ def planar_graph(graph: SpatialGraph) -> PoseGraph:
 
 
 def _solve_planar(graph: SpatialGraph, config: ReferenceConfig, loss_scale: float) -> tuple[Array, bool]:
+    """Beside the poses each walk has the logarithm of its odometry's scale as an unknown."""
     flat = planar_graph(graph)
+    walks = int(graph.walk.max()) + 1
+    scale = flat.poses.size + np.arange(walks)
     blocks: list[Block] = [
-        BetweenBlock(flat.odometry),
+        BetweenBlock(flat.odometry, log_scale=scale[graph.walk[flat.odometry.i]]),
         BetweenBlock(flat.loops, loss="dcs", loss_scale=loss_scale),
         PriorBlock(flat.priors),
+        ZeroBlock(scale, config.odometry_scale_sigma),
     ]
-    solution = minimize(blocks, flat.poses.ravel(), OptimizerConfig(max_iterations=config.max_iterations))
+    x = np.concatenate([flat.poses.ravel(), np.zeros(walks)])
+    solution = minimize(blocks, x, OptimizerConfig(max_iterations=config.max_iterations))
     poses = rigid.from_planar(solution.x[: flat.poses.size].reshape(-1, 3))
     poses[:, 2, 3] = graph.T_map_body[:, 2, 3]
     return poses, solution.converged

@@ -20,7 +20,7 @@ from radioslam.point_cloud.candidates import alike_by_radio, along_walks, near_i
 from radioslam.point_cloud.graph_solvers import solve
 from radioslam.point_cloud.nodes import Nodes, collect_nodes
 from radioslam.point_cloud.recordings import Recording
-from radioslam.point_cloud.registration import ACCEPTED, Registration, register
+from radioslam.point_cloud.registration import ACCEPTED, SLIDES, Registration, register
 from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph, moved
 from radioslam.point_cloud.tying import tie_walks
 from radioslam.progress import Tell
@@ -142,11 +142,14 @@ class _Trial:
             guess = rigid.inverse(T_map_body[i] @ mounts[i]) @ T_map_body[j] @ mounts[j]
         found = register(self.nodes.features[i], self.nodes.features[j], self.config, guess)
         T = mounts[i] @ found.T_target_source @ rigid.inverse(mounts[j])
-        return Attempt(i, j, kind, T, moved(found.covariance, mounts[j]), found.matched, self._verdict(found, T))
+        return Attempt(i, j, kind, T, moved(found.covariance, mounts[j]), found.matched, self._verdict(found, T, kind))
 
-    def _verdict(self, found: Registration, T_i_j: Array) -> str:
+    def _verdict(self, found: Registration, T_i_j: Array, kind: str) -> str:
+        """The registration's own, but neighbours may slide: odometry holds them where the covariance says nothing."""
+        if not (found.accepted or (kind == ALONG and found.reason == SLIDES)):
+            return found.reason
         tilted = self.planar and np.arccos(np.clip(T_i_j[2, 2], -1, 1)) > LARGEST_TILT_RAD
-        return TILTED if found.accepted and tilted else found.reason
+        return TILTED if tilted else ACCEPTED
 
     def accepted(self) -> tuple[Integers, SpatialEdges]:
         """Numbers of the attempts that hold so far, and their edges."""
@@ -188,7 +191,7 @@ def _solved(
     tied, part, holds = tie_walks(nodes.walk, T_walk_body, loops, config)
     trial.mark(rows, holds)
     anchors = np.array([np.argmax(part == p) for p in np.unique(part)], dtype=np.int64)
-    graph, converged = solve(SpatialGraph(tied, odometry, loops.select(holds), anchors), planar, config)
+    graph, converged = solve(SpatialGraph(tied, odometry, loops.select(holds), anchors, nodes.walk), planar, config)
     return graph, part, converged
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from radioslam import rigid
 from radioslam.config import RegistrationConfig
@@ -16,14 +17,18 @@ from radioslam.point_cloud.shot import LENGTH, describe
 from radioslam.point_cloud.surface import Surface, make_surface, nearest, refine
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 ACCEPTED = "accepted"
 NO_MOTION = "no motion brings the clouds together"
 LITTLE_MATCHED = "too few points matched"
 SLIDES = "clouds slide along each other"
 
-UNKNOWN = 1e6 * np.eye(6)
+UNKNOWN = 100.0 * np.eye(6)
 """Covariance of a motion of which nothing is known."""
+UNKNOWN_M2 = 100.0
+FACING = 0.7
+"""Cosine beyond which a surface faces a direction."""
 PROBES = 300
 """Points that tell whether ICP is worth a start."""
 
@@ -122,26 +127,59 @@ def _guesses(target: Features, source: Features, config: RegistrationConfig, gue
 
 def _refined(target: Surface, source: Surface, guess: Array, config: RegistrationConfig) -> Registration:
     T = refine(target, source, guess, config.icp_reach_m, config.icp_points, config.icp_iterations)
-    back = rigid.inverse(T)
-    here, i, share = _matched(target, source, T, config)
-    matched = min(share, _matched(source, target, back, config)[2])
-    covariance = icp_covariance(target, source, T, i, here, config)
+    here, index = _matched(target, source, T, config)
+    there, _ = _matched(source, target, rigid.inverse(T), config)
+    matched = min(float(here.mean()), float(there.mean()))
+    free = np.zeros((3, 3))
+    if matched > config.least_matched:
+        seen = visible(target.points, rigid.transform(T, source.points), config)
+        seen_back = visible(source.points, rigid.transform(rigid.inverse(T), target.points), config)
+        normals = np.concatenate([source.normals[seen], target.normals[seen_back] @ T[:3, :3]])
+        free = free_directions(normals, np.concatenate([here[seen], there[seen_back]]), config)
+    covariance = icp_covariance(target, source, T, index, here, config)
+    covariance[3:, 3:] += UNKNOWN_M2 * free
     reason = ACCEPTED
     if matched <= config.least_matched:
         reason = LITTLE_MATCHED
-    elif np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1]) > config.max_sigma_m:
+    elif free.any() or np.sqrt(np.linalg.eigvalsh(covariance[3:, 3:])[-1]) > config.max_sigma_m:
         reason = SLIDES
     return Registration(T, covariance, matched, reason)
 
 
-def _matched(
-    target: Surface, source: Surface, T: Array, config: RegistrationConfig
-) -> tuple[NDArray[np.bool_], NDArray[np.int64], float]:
-    """Mask of the source's matched points, the target's nearest point to each of all, and the part that is matched."""
+def _matched(target: Surface, source: Surface, T: Array, config: RegistrationConfig) -> tuple[Mask, NDArray[np.int64]]:
+    """Mask of the source's matched points, and the target's nearest point to each of all."""
     index, distance = nearest(target, rigid.transform(T, source.points))
     cosine = np.einsum("nj,nj->n", source.normals @ T[:3, :3].T, target.normals[index])
-    matched = (distance <= config.match_distance_m) & (cosine >= np.cos(config.match_angle_rad))
-    return matched, index, float(matched.mean())
+    return (distance <= config.match_distance_m) & (cosine >= np.cos(config.match_angle_rad)), index
+
+
+def visible(seen: Array, points: Array, config: RegistrationConfig) -> Mask:
+    """Which points (n, 3) a sensor at the origin would have seen that did see the points (m, 3).
+
+    It looked in their direction, within ``beside_rad``, and nothing stood before them by more than ICP's reach.
+    """
+    range_m, seen_m = np.linalg.norm(points, axis=1), np.linalg.norm(seen, axis=1)
+    tree = KDTree(seen / np.maximum(seen_m, 1e-9)[:, None])
+    apart, index = tree.query(points / np.maximum(range_m, 1e-9)[:, None], distance_upper_bound=config.beside_rad)
+    looked = np.isfinite(apart)
+    behind = range_m > seen_m[np.where(looked, index, 0)] + config.icp_reach_m
+    return np.asarray(looked & ~behind)
+
+
+def free_directions(normals: Array, matched: Mask, config: RegistrationConfig) -> Array:
+    """Projector (3, 3) on the directions in which nothing says that the clouds belong so.
+
+    In a corridor two clouds match by more than half however far one is slid, for both walls match; the few points that
+    face along it tell, and those do not. So in each principal direction of the normals (n, 3) of what both sensors must
+    have seen, of the points that face it more than ``least_facing`` must be ``matched`` (n,), and there must be
+    ``fewest_facing`` of them.
+    """
+    _, axes = np.linalg.eigh(normals.T @ normals)
+    facing = np.abs(normals @ axes) > FACING
+    count = facing.sum(axis=0)
+    share = (facing & matched[:, None]).sum(axis=0) / np.maximum(count, 1)
+    free = axes[:, (count < config.fewest_facing) | (share <= config.least_facing)]
+    return np.asarray(free @ free.T)
 
 
 def icp_covariance(
@@ -149,7 +187,7 @@ def icp_covariance(
     source: Surface,
     T: Array,
     index: NDArray[np.int64],
-    matched: NDArray[np.bool_],
+    matched: Mask,
     config: RegistrationConfig,
 ) -> Array:
     """Covariance (6, 6) of the motion, from the residuals of ICP: rotation before translation, in the source's axes.
@@ -173,8 +211,8 @@ def icp_covariance(
     G = _small_motions(points)
     H = J.T @ J - normal_variance * np.einsum("nai,naj->ij", G, G)
     values, vectors = np.linalg.eigh(H * min(1.0, config.effective_points / count) / variance)
-    # A direction that nothing holds has a kilometre, not infinity.
-    return np.asarray((vectors / np.maximum(values, 1e-6)) @ vectors.T + systematic)
+    # A direction that nothing holds has ten metres, not infinity.
+    return np.asarray((vectors / np.maximum(values, 0.01)) @ vectors.T + systematic)
 
 
 def _small_motions(points: Array) -> Array:

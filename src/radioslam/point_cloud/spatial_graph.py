@@ -45,20 +45,24 @@ class SpatialEdges:
     def planar(self) -> Edges:
         """What they say of x, y and heading, the rest marginalized."""
         covariance = self.covariance[:, _PLANAR[:, None], _PLANAR]
-        return Edges(self.i, self.j, rigid.to_planar(self.T_i_j), np.asarray(np.linalg.inv(covariance), float))
+        information = np.asarray(np.linalg.inv(covariance), float)
+        information = (information + np.swapaxes(information, 1, 2)) / 2  # exactly symmetric
+        return Edges(self.i, self.j, rigid.to_planar(self.T_i_j), information)
 
 
 @dataclass(frozen=True)
 class SpatialGraph:
     """Poses (n, 4, 4) in one frame, ``odometry`` along the walks, and ``loops``: what registration found.
 
-    The nodes ``anchors`` (a,) stay where they are: the first of each part that nothing ties to another.
+    The nodes ``anchors`` (a,) stay where they are: the first of each part that nothing ties to another. Each ``walk``
+    (n,) may have taken its metres too long or too short.
     """
 
     T_map_body: Array
     odometry: SpatialEdges
     loops: SpatialEdges
     anchors: Integers
+    walk: Integers
 
 
 def moved(covariance: Array, T_new_old: Array) -> Array:

@@ -20,9 +20,9 @@ from radioslam.simulator.walkable import WALL_CLEARANCE_M
 Array = NDArray[np.float64]
 
 DOOR_HEIGHT_M = 2.1
-WALL_PIECE_M = 2.2
+WALL_PIECE_M = 1.6
 """Mean distance between pieces along a wall: radiators, cupboards, notice boards, pilasters."""
-OPEN_PIECE_M2 = 9.0
+OPEN_PIECE_M2 = 5.0
 """Floor per piece in the open: pillars, tables, cupboards, counters."""
 WAY_CLEARANCE_M = 0.7
 """Pieces in the open keep this distance from where people walk, given once per second."""
