@@ -78,8 +78,22 @@ def test_space_and_plane_agree_on_a_plane():
     graph = SpatialGraph(
         poses, chain, edges([(0, len(truth) - 1)], truth), np.array([0]), np.zeros(len(poses), np.int64)
     )
-    flat, space = (solve(graph, planar, CONFIG)[0].T_map_body for planar in (True, False))
+    rigid_scale = load_config(overrides=["reference.odometry_scale_sigma=1e-6"], environment={}).reference
+    flat, space = (solve(graph, planar, rigid_scale)[0].T_map_body for planar in (True, False))
     np.testing.assert_allclose(flat, space, atol=5e-3)
+
+
+def test_the_scale_of_the_odometry_is_found_where_loops_tell_it():
+    truth = ring(True)
+    chain = edges([(k, k + 1) for k in range(len(truth) - 1)], truth)
+    chain.T_i_j[:, :3, 3] *= 1.03
+    known = edges([(0, k) for k in range(2, 12)], truth)
+    graph = SpatialGraph(truth, chain, known, np.array([0]), np.zeros(len(truth), np.int64))
+    free, fixed = (
+        solve(graph, True, load_config(overrides=[f"reference.odometry_scale_sigma={s}"], environment={}).reference)[0]
+        for s in (0.02, 1e-6)
+    )
+    assert error(free.T_map_body, truth) < 0.5 * error(fixed.T_map_body, truth)
 
 
 def test_the_covariance_of_a_mounted_frame_is_that_of_moved_samples():
