@@ -319,13 +319,10 @@ class RegistrationConfig(_Group):
     """... whose normal differs by no more than this."""
     least_matched: float = Field(0.5, gt=0, lt=1)
     """A registration is accepted if more than this part of the points of either cloud is matched."""
-    least_facing: float = Field(0.3, gt=0, lt=1)
-    """... and so in each direction, of the points that face it and that the other sensor must have seen: walls match
-    however far clouds slide along them ..."""
-    fewest_facing: int = Field(20, ge=1)
-    """... with at least so many such points ..."""
-    beside_rad: float = Field(0.05, gt=0)
-    """A sensor looked where it saw something so near beside."""
+    slide_m: float = Field(0.3, gt=0)
+    """... and if sliding one cloud so far in any direction ..."""
+    least_loss: float = Field(0.2, gt=0, lt=1)
+    """... loses more than this part of the matched points: walls match however far clouds slide along them ..."""
     max_sigma_m: float = Field(0.1, gt=0)
     """... and if no direction is known worse than this."""
     systematic_sigma_m: float = Field(0.01, ge=0)

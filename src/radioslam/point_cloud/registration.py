@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from radioslam import rigid
 from radioslam.config import RegistrationConfig
@@ -27,8 +26,6 @@ SLIDES = "clouds slide along each other"
 UNKNOWN = 100.0 * np.eye(6)
 """Covariance of a motion of which nothing is known."""
 UNKNOWN_M2 = 100.0
-FACING = 0.7
-"""Cosine beyond which a surface faces a direction."""
 PROBES = 300
 """Points that tell whether ICP is worth a start."""
 
@@ -130,12 +127,7 @@ def _refined(target: Surface, source: Surface, guess: Array, config: Registratio
     here, index = _matched(target, source, T, config)
     there, _ = _matched(source, target, rigid.inverse(T), config)
     matched = min(float(here.mean()), float(there.mean()))
-    free = np.zeros((3, 3))
-    if matched > config.least_matched:
-        seen = visible(target.points, rigid.transform(T, source.points), config)
-        seen_back = visible(source.points, rigid.transform(rigid.inverse(T), target.points), config)
-        normals = np.concatenate([source.normals[seen], target.normals[seen_back] @ T[:3, :3]])
-        free = free_directions(normals, np.concatenate([here[seen], there[seen_back]]), config)
+    free = _free_directions(target, source, T, config) if matched > config.least_matched else np.zeros((3, 3))
     covariance = icp_covariance(target, source, T, index, here, config)
     covariance[3:, 3:] += UNKNOWN_M2 * free
     reason = ACCEPTED
@@ -153,33 +145,26 @@ def _matched(target: Surface, source: Surface, T: Array, config: RegistrationCon
     return (distance <= config.match_distance_m) & (cosine >= np.cos(config.match_angle_rad)), index
 
 
-def visible(seen: Array, points: Array, config: RegistrationConfig) -> Mask:
-    """Which points (n, 3) a sensor at the origin would have seen that did see the points (m, 3).
+def _free_directions(target: Surface, source: Surface, T: Array, config: RegistrationConfig) -> Array:
+    """Projector (3, 3) on the directions, in the source's axes, along which the clouds slide.
 
-    It looked in their direction, within ``beside_rad``, and nothing stood before them by more than ICP's reach.
+    In a corridor two clouds match by more than half however far one is slid, for both walls match, and noise that moves
+    with the sensor makes them match best where it did not move at all. So the source is slid by ``slide_m`` both ways
+    along each principal direction of its normals: where that costs less than ``least_loss`` of the matched points,
+    nothing says that the clouds belong so.
     """
-    range_m, seen_m = np.linalg.norm(points, axis=1), np.linalg.norm(seen, axis=1)
-    tree = KDTree(seen / np.maximum(seen_m, 1e-9)[:, None])
-    apart, index = tree.query(points / np.maximum(range_m, 1e-9)[:, None], distance_upper_bound=config.beside_rad)
-    looked = np.isfinite(apart)
-    behind = range_m > seen_m[np.where(looked, index, 0)] + config.icp_reach_m
-    return np.asarray(looked & ~behind)
-
-
-def free_directions(normals: Array, matched: Mask, config: RegistrationConfig) -> Array:
-    """Projector (3, 3) on the directions in which nothing says that the clouds belong so.
-
-    In a corridor two clouds match by more than half however far one is slid, for both walls match; the few points that
-    face along it tell, and those do not. So in each principal direction of the normals (n, 3) of what both sensors must
-    have seen, of the points that face it more than ``least_facing`` must be ``matched`` (n,), and there must be
-    ``fewest_facing`` of them.
-    """
-    _, axes = np.linalg.eigh(normals.T @ normals)
-    facing = np.abs(normals @ axes) > FACING
-    count = facing.sum(axis=0)
-    share = (facing & matched[:, None]).sum(axis=0) / np.maximum(count, 1)
-    free = axes[:, (count < config.fewest_facing) | (share <= config.least_facing)]
-    return np.asarray(free @ free.T)
+    _, axes = np.linalg.eigh(source.normals.T @ source.normals)
+    every = 1 + len(source) // (3 * PROBES)
+    few = Surface(source.points[::every], source.normals[::every], source.normal_neighbours)
+    kept = _matched(target, few, T, config)[0].sum()
+    free = np.zeros((3, 3))
+    for axis in axes.T:
+        for way in (-config.slide_m, config.slide_m):
+            slid = T @ rigid.motion(np.eye(3), way * axis)
+            if _matched(target, few, slid, config)[0].sum() > (1.0 - config.least_loss) * kept:
+                free += np.outer(axis, axis)
+                break
+    return free
 
 
 def icp_covariance(
