@@ -2,8 +2,8 @@
 
 import platform
 
-from benchmarks import crowd, positioning, reading, solver
+from benchmarks import crowd, point_clouds, positioning, reading, solver
 
 print(f"Python {platform.python_version()} on {platform.machine()}")
-for benchmark in (reading, solver, crowd, positioning):
+for benchmark in (reading, solver, crowd, positioning, point_clouds):
     benchmark.run()

@@ -5,15 +5,16 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam.cli_positioning import load_map, register, show
+from radioslam import cli_positioning, cli_reference
+from radioslam.cli_positioning import load_map
 from radioslam.errors import LogError, RadioSlamError
+from radioslam.progress import Tell, progress, show
 
 if TYPE_CHECKING:
     from radioslam.config import Config
@@ -79,7 +80,7 @@ def map_command(
     check_target(out, force, [*logs, into] if into else logs)
     skipped: list[LogError] = []
     started = time.perf_counter()
-    with _progress(quiet or as_json) as tell:
+    with progress(quiet or as_json) as tell:
         walks = _read(logs, format, simulate_odometry, skipped if keep_going else None, tell)
         reading_s = time.perf_counter() - started
         tell("mapping", None, None)
@@ -92,9 +93,6 @@ def map_command(
 
         show(tables.summary_table(summary))
         typer.echo(tables.written(out))
-
-
-Tell = Callable[[str, int | None, int | None], None]
 
 
 def _read(
@@ -218,6 +216,7 @@ def simulate(
         list[Path] | None,
         typer.Option(help="Instead of a building: logs with true positions, given a tracker's drift; repeatable."),
     ] = None,
+    clouds: Annotated[bool, typer.Option("--clouds", help="Add depth frames for `radioslam reference`.")] = False,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -237,13 +236,34 @@ def simulate(
         made = simulate_walks(
             str(building), seed=seed, walks=walks, devices=devices, floors=floors, hours=hours, inertial=inertial
         )
-    with whole_folder(out, force, drift or ()) as partial:
+    write_frames = _frame_writer(building, made, seed) if clouds else None
+    with whole_folder(out, force, drift or ()) as partial, progress(quiet) as tell:
         (partial / ".radioslam-walks").touch()
-        for walk in made:
-            write_walk(walk, partial)
+        for done, walk in enumerate(made):
+            tell(f"writing {walk.name}", done, len(made))
+            folder = write_walk(walk, partial)
+            if write_frames is not None:
+                write_frames(walk, folder)
     if not quiet:
         scans = sum(len(walk.wifi) for walk in made)
         typer.echo(f"{len(made)} walks with {scans} scans in {out}")
+
+
+def _frame_writer(building: str | None, walks: list[Walk], seed: int) -> Callable[[Walk, Path], None]:
+    """Writes the depth frames of a walk through the building, furnished for these walks."""
+    import numpy as np
+
+    from radioslam.errors import ConfigError
+    from radioslam.simulator import SCENARIOS
+    from radioslam.simulator.depth_camera import write_frames
+    from radioslam.simulator.furnishing import furnish
+    from radioslam.simulator.streams import random_stream
+
+    if building is None:
+        raise ConfigError("--clouds: expected a building (office, campus or tower), found walks of --drift")
+    paths_xy = np.concatenate([walk.reference.positions_xy for walk in walks if walk.reference is not None])
+    scene = furnish(SCENARIOS[building].make_building(), paths_xy, seed)
+    return lambda walk, folder: write_frames(walk, scene, folder, random_stream(seed, "depth", walk.name))
 
 
 @app.command()
@@ -321,7 +341,7 @@ def experiment(
         chosen = experiments.only(chosen, values.split(","))
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
-    with _progress(quiet) as tell:
+    with progress(quiet) as tell:
         outcomes = run(
             chosen,
             source,
@@ -371,7 +391,8 @@ def _alignment(name: str | None) -> Any:
     return name
 
 
-register(app)
+cli_positioning.register(app)
+cli_reference.register(app)
 
 
 @app.callback(invoke_without_command=True)
@@ -383,25 +404,6 @@ def _root(
 
         typer.echo(importlib.metadata.version("radioslam"))
         raise typer.Exit
-
-
-@contextmanager
-def _progress(quiet: bool) -> Iterator[Tell]:
-    """A bar on standard error where somebody watches it."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda text, done, total: None
-        return
-    with Progress(TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn(), console=console) as bar:
-        task = bar.add_task("reading", total=None)
-
-        def tell(text: str, done: int | None, total: int | None) -> None:
-            bar.update(task, description=text, completed=done or 0, total=total)
-
-        yield tell
 
 
 def main() -> None:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from radioslam.progress import show
+
 if TYPE_CHECKING:
     from radioslam.radio_map import RadioMap
 
@@ -23,15 +25,6 @@ def register(app: typer.Typer) -> None:
         app.command()(command)
     app.command("access-points")(access_points)
     app.command("merge-maps")(merge_maps)
-
-
-def show(table: Any) -> None:
-    """Print a table; piped into a file, it is as wide as it needs to be."""
-    from rich.console import Console
-
-    console = Console()
-    console = console if console.is_terminal else Console(width=160)
-    console.print(table)
 
 
 def load_map(path: Path) -> RadioMap:

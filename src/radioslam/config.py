@@ -286,6 +286,102 @@ class PositioningConfig(_Group):
     """The filter's answer for a scan waits for so many more scans; 0 answers at once."""
 
 
+class RegistrationConfig(_Group):
+    """Two point clouds -> the rigid motion between them."""
+
+    max_range_m: float = Field(6.0, gt=0)
+    """Points farther from the sensor are dropped: the noise of depth cameras grows with the square of the range."""
+    voxel_m: float = Field(0.05, gt=0)
+    """Clouds are down-sampled to one point per cube of this side."""
+    normal_neighbours: int = Field(20, ge=5)
+    """Points from which a normal is estimated."""
+    harris_radius_m: float = Field(0.15, gt=0)
+    """Neighbourhood whose normals tell a key point."""
+    key_point_separation_m: float = Field(0.06, gt=0)
+    """A key point has the strongest response so far around."""
+    least_response: float = Field(2e-6, ge=0)
+    """Weaker responses above that of a plane (at most 1/27) are no key points."""
+    key_points: int = Field(400, ge=3)
+    """At most so many per cloud, the strongest."""
+    shot_radius_m: float = Field(0.6, gt=0)
+    """Ball that a descriptor describes."""
+    match_ratio: float = Field(0.95, gt=0, le=1)
+    """A descriptor's nearest match must be nearer than this part of the distance to the second."""
+    ransac_tolerance_m: float = Field(0.1, gt=0)
+    """A match agrees with a motion within so much."""
+    ransac_trials: int = Field(4000, ge=1)
+    """Triples of matches that are drawn."""
+    hypotheses: int = Field(3, ge=1)
+    """Motions, the best supported ones, that are refined by ICP until one is accepted."""
+    icp_reach_m: float = Field(0.1, gt=0)
+    """ICP pairs points no farther apart."""
+    icp_points: int = Field(1500, ge=100)
+    """About so many points of the source, evenly chosen, are laid over all of the target's."""
+    icp_iterations: int = Field(20, ge=1)
+    """At most."""
+    match_distance_m: float = Field(0.05, gt=0)
+    """A point is matched if the other cloud has one so near ..."""
+    match_angle_rad: float = Field(0.64, gt=0, le=1.6)
+    """... whose normal differs by no more than this."""
+    least_matched: float = Field(0.5, gt=0, lt=1)
+    """A registration is accepted if more than this part of the points of either cloud is matched."""
+    slide_m: float = Field(0.3, gt=0)
+    """... and if sliding one cloud so far in any direction ..."""
+    least_loss: float = Field(0.2, gt=0, lt=1)
+    """... loses more than this part of the matched points: walls match however far clouds slide along them ..."""
+    max_sigma_m: float = Field(0.1, gt=0)
+    """... and if no direction is known worse than this."""
+    systematic_sigma_m: float = Field(0.01, ge=0)
+    """Errors that residuals do not show (bent depth), added to each axis of the covariance ..."""
+    systematic_sigma_rad: float = Field(0.005, ge=0)
+    """... and to each angle."""
+    effective_points: float = Field(100.0, gt=6)
+    """Residuals of neighbouring points err alike: their covariance is that of at most so many independent ones."""
+    seed: int = Field(0, ge=0)
+    """Of RANSAC."""
+
+
+class ReferenceConfig(_Group):
+    """Point clouds at odometry poses -> reference paths."""
+
+    key_frame_m: float = Field(0.1, ge=0)
+    """A cloud becomes a node of the graph when the sensor has moved so far since the last one ..."""
+    key_frame_rad: float = Field(0.1, ge=0)
+    """... or turned so far."""
+    chain: int = Field(4, ge=1)
+    """Each node is registered with so many that follow it, from odometry's guess."""
+    gates_m: tuple[float, ...] = (6.0, 1.5)
+    """Rounds of loop closing: nodes whose clouds' middles are so near under the current estimate are candidates."""
+    stretch_m: float = Field(0.5, gt=0)
+    """Two stretches of path of this length are tried once per round, by the pair whose middles are nearest."""
+    max_turn_rad: float = Field(1.0, gt=0)
+    """Sensors that look more different ways see different sides of things; π for lidars that look all around."""
+    least_walked_m: float = Field(1.0, ge=0)
+    """Nodes of one walk closer along the path than this are no loop candidates."""
+    loops_per_stretch: int = Field(4, ge=1)
+    """Each stretch is tried with so many others per round, the nearest first."""
+    similarity_threshold: float = Field(0.7, ge=0, le=1)
+    """Scans of two walks that are so alike make their clouds candidates."""
+    radio_candidates: int = Field(3, ge=0)
+    """Each scan is tried with so many scans of each other walk, the most similar."""
+    least_ties: int = Field(3, ge=1)
+    """Two walks are tied by so many registrations or more ..."""
+    tie_distance_m: float = Field(3.0, gt=0)
+    """... that lay them over each other alike within so much ..."""
+    tie_angle_rad: float = Field(0.35, gt=0)
+    """... and this."""
+    odometry_translation_sigma_m: float = Field(0.1, gt=0)
+    """Standard deviation per axis of 1 m moved; grows with the root of the distance."""
+    odometry_rotation_sigma_rad: float = Field(0.05, gt=0)
+    """Standard deviation per angle of 1 m moved; grows with the root of the distance."""
+    odometry_scale_sigma: float = Field(0.02, gt=0, lt=1)
+    """Of a walk's metres as a whole, relative; an unknown of the planar graph."""
+    loop_loss_scale: float = Field(3.0, gt=0)
+    """Where the robust loss of registrations leaves the square in the end, in standard deviations."""
+    max_iterations: int = Field(100, ge=1)
+    """Of the optimizer."""
+
+
 class Config(_Group):
     """All of it."""
 
@@ -300,6 +396,8 @@ class Config(_Group):
     optimizer: OptimizerConfig = OptimizerConfig()
     field: FieldConfig = FieldConfig()
     positioning: PositioningConfig = PositioningConfig()
+    registration: RegistrationConfig = RegistrationConfig()
+    reference: ReferenceConfig = ReferenceConfig()
 
     def to_toml(self) -> str:
         """The whole configuration as TOML."""

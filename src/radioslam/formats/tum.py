@@ -8,6 +8,7 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from radioslam import rigid
 from radioslam.formats.lines import Layout, Lines, parse, split_lines
 from radioslam.formats.loading import load
 from radioslam.formats.streams import check_unit, make_signal
@@ -38,6 +39,21 @@ def read_tum(source: Path | str | bytes, notes: list[str] | None = None) -> Sign
     Raises:
         LogError: a line is not eight finite numbers, a quaternion has not length one, or times go backwards.
     """
+    lines, numbers = _parsed(source)
+    poses = np.column_stack([numbers[:, 1:3], yaw(numbers[:, 4:])])
+    return make_signal(lines, numbers[:, 0], poses, "trajectory", [] if notes is None else notes)
+
+
+def read_spatial_tum(source: Path | str | bytes) -> tuple[Array, Array]:
+    """Times (n,), increasing, and poses (n, 4, 4) in space; raises as ``read_tum`` does."""
+    lines, numbers = _parsed(source)
+    signal = make_signal(lines, numbers[:, 0], numbers[:, 1:], "trajectory", [])
+    fresh = np.append(True, np.diff(signal.time_s) > 0)
+    rows = signal.values[fresh]
+    return signal.time_s[fresh], rigid.from_quaternions(rows[:, :3], rows[:, 3:])
+
+
+def _parsed(source: Path | str | bytes) -> tuple[Lines, Array]:
     path = Path("<bytes>") if isinstance(source, bytes) else Path(source)
     data = source if isinstance(source, bytes) else load(path)
     lines = Lines(path)
@@ -46,8 +62,7 @@ def read_tum(source: Path | str | bytes, notes: list[str] | None = None) -> Sign
             lines.add(b" ".join(line.split()), number)
     numbers = parse(lines, _LAYOUT).numbers
     check_unit(lines, numbers[:, 4:])
-    poses = np.column_stack([numbers[:, 1:3], yaw(numbers[:, 4:])])
-    return make_signal(lines, numbers[:, 0], poses, "trajectory", [] if notes is None else notes)
+    return lines, numbers
 
 
 def write_tum(target: Path | str | TextIO, time_s: Array, poses: Array) -> None:
@@ -60,6 +75,14 @@ def write_tum(target: Path | str | TextIO, time_s: Array, poses: Array) -> None:
         Path(target).write_text(text, encoding="utf-8", newline="\n")
     else:
         target.write(text)
+
+
+def write_spatial_tum(path: Path, time_s: Array, T: Array) -> None:
+    """Write poses (n, 4, 4) in space at times (n,)."""
+    metres = np.round(np.column_stack([time_s, T[:, :3, 3]]), 6) + 0.0
+    rows = np.column_stack([metres, np.round(rigid.quaternions(T), 9) + 0.0])
+    lines = (" ".join([*(f"{v:.6f}" for v in row[:4]), *(f"{v:.9f}" for v in row[4:])]) for row in rows.tolist())
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8", newline="\n")
 
 
 def yaw(quaternions: Array) -> Array:

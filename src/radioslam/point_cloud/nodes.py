@@ -1,0 +1,121 @@
+"""The nodes of a reference graph: clouds taken far enough from each other, ready to be registered."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from radioslam import rigid
+from radioslam.config import RegistrationConfig
+from radioslam.errors import LogError, MappingError
+from radioslam.point_cloud.clouds import check_cloud, read_cloud, unit_warning
+from radioslam.point_cloud.recordings import Recording
+from radioslam.point_cloud.registration import Features, make_features
+from radioslam.progress import Tell
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Nodes:
+    """n clouds of all walks, in the order of walks and of time.
+
+    Attributes:
+        walk: (n,) number of the recording.  time_s: (n,) on its clock.
+        T_odom_body: (n, 4, 4) odometry, in each walk's own frame.
+        distance_m: (n,) path of the sensor up to here.
+        T_body_sensor: (n, 4, 4) mounts.
+        middle: (n, 3) middle of the cloud in the sensor's frame.
+        features: what registration needs of each.
+        skipped: clouds that were left out, with the reason.  warnings: what a person should look at.
+    """
+
+    walk: Integers
+    time_s: Array
+    T_odom_body: Array
+    distance_m: Array
+    T_body_sensor: Array
+    middle: Array
+    features: tuple[Features, ...]
+    skipped: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.walk)
+
+
+def collect_nodes(
+    recordings: Sequence[Recording],
+    config: RegistrationConfig,
+    key_frame: tuple[float, float],
+    metres_per_unit: float,
+    tell: Tell,
+) -> Nodes:
+    """Read the clouds of key frames: those ``key_frame`` (m, rad) apart from the one before.
+
+    Flat, empty or far clouds are left out, with the reason.
+
+    Raises:
+        LogError: a file cannot be read or holds NaN.
+        MappingError: fewer than two clouds are left.
+    """
+    chosen = [
+        (k, frame, T, walked)
+        for k, recording in enumerate(recordings)
+        for frame, T, walked in _key_frames(recording, *key_frame)
+    ]
+    rows, skipped, warnings = [], [], []
+    for done, (k, frame, T, walked) in enumerate(chosen):
+        path = recordings[k].clouds[frame]
+        tell(f"describing {path.name}", done, len(chosen))
+        points = read_cloud(path, metres_per_unit)
+        warnings += [text for text in [unit_warning(points, path)] if text]
+        try:
+            features = _features(points, path, config)
+        except LogError as error:
+            skipped.append(str(error))
+            continue
+        rows.append((k, recordings[k].cloud_s[frame], T, walked, recordings[k].T_body_sensor, features))
+    if len(rows) < 2:
+        why = (warnings or skipped or [""])[0]
+        raise MappingError(f"expected two clouds or more that can be registered, found {len(rows)}; {why}")
+    walk, time_s, poses, distance_m, mounts, described = zip(*rows, strict=True)
+    middle = np.array([np.median(one.surface.points, axis=0) for one in described])
+    return Nodes(
+        np.array(walk, dtype=np.int64),
+        np.array(time_s),
+        np.array(poses),
+        np.array(distance_m),
+        np.array(mounts),
+        middle,
+        tuple(described),
+        tuple(skipped),
+        tuple(warnings[:1]),
+    )
+
+
+def _features(points: Array, path: Path, config: RegistrationConfig) -> Features:
+    near = points[np.linalg.norm(points, axis=1) <= config.max_range_m] if len(points) else points
+    if len(points) and not len(near):
+        raise LogError(
+            path, f"points within {config.max_range_m:g} m of the sensor", "none", "see registration.max_range_m"
+        )
+    return make_features(check_cloud(near, path), config)
+
+
+def _key_frames(recording: Recording, move_m: float, turn_rad: float) -> Iterator[tuple[int, Array, float]]:
+    """Number, odometry and path length of the first cloud and of each that is far enough from the one before."""
+    poses = recording.body_at_clouds()
+    sensor = poses @ recording.T_body_sensor
+    walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(sensor[:, :3, 3], axis=0), axis=1))])
+    last = 0
+    for k in range(len(poses)):
+        moved_m, turned_rad = rigid.apart(sensor[last], sensor[k])
+        if k == 0 or moved_m >= move_m or turned_rad >= turn_rad:
+            yield k, poses[k], float(walked[k])
+            last = k
