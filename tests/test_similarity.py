@@ -49,6 +49,7 @@ def in_tiles_of(scans):
     stack = contextlib.ExitStack()
     stack.enter_context(mock.patch.object(similarity_tiles, "TILE", scans))
     stack.enter_context(mock.patch.object(similarity_tiles, "GROUP", 2))
+    stack.enter_context(mock.patch.object(similarity_tiles, "FEW", 0))
     stack.enter_context(mock.patch.object(similarity, "BUFFER", 1))
     stack.enter_context(mock.patch.object(similarity, "FEWEST", 3))
     return stack

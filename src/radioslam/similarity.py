@@ -20,13 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from radioslam.similarity_tiles import Gate, like_scans, near_scans
+from radioslam.similarity_tiles import Gate, candidates, tiles_of
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-BUFFER = 1 << 21
-"""Numbers in the largest array of a tile; some ten of them are alive at a time: 0.2 GB at most whatever n is."""
+BUFFER = 1 << 19
+"""Numbers in the largest array of a tile; some ten of them are alive at a time, and fit a processor's cache."""
 FEWEST = 64
 """Candidates that are looked at together however wide the tile."""
 DIGITS = 12
@@ -87,11 +87,12 @@ def stream_similar_pairs(
     if not most:
         return
     margin = (most + 4) * 2.0**-23  # what single precision may err in a sum of so many products
-    tiling = near_scans(gate) if gate else like_scans(rows, threshold)
-    heard = _Readings.of(rows, tiling.order)
-    for begin, end, candidates in tiling.tiles:
-        for pairs in _tile_pairs(heard, begin, end, candidates, threshold, margin):
-            i, j = tiling.order[pairs.i], tiling.order[pairs.j]
+    order, begins = tiles_of(rows, gate)
+    rows = rows[order]
+    heard = _Readings.of(rows)
+    for begin, end, behind in candidates(rows, order, begins, threshold, gate):
+        for pairs in _tile_pairs(heard, begin, end, behind, threshold, margin):
+            i, j = order[pairs.i], order[pairs.j]
             pairs = Pairs(np.minimum(i, j), np.maximum(i, j), pairs.similarity)
             yield pairs.select(gate.lets(pairs.i, pairs.j)) if gate else pairs
 
@@ -116,8 +117,8 @@ class _Readings:
     local: Integers
 
     @staticmethod
-    def of(rows: sparse.csr_array, order: Integers) -> _Readings:
-        rows, m = rows[order], rows.shape[1]
+    def of(rows: sparse.csr_array) -> _Readings:
+        m = rows.shape[1]
         first, count = rows.indptr[:-1].astype(np.int64), np.diff(rows.indptr)
         column = np.append(rows.indices, m).astype(np.int32)
         return _Readings(first, count, column, np.append(rows.data, 0.0), np.zeros(m + 1, np.int64))
@@ -138,20 +139,20 @@ class _Readings:
 
 
 def _tile_pairs(
-    heard: _Readings, begin: int, end: int, candidates: Integers, threshold: float, margin: float
+    heard: _Readings, begin: int, end: int, behind: Integers, threshold: float, margin: float
 ) -> Iterator[Pairs]:
-    """Pairs of the scans from ``begin`` to ``end`` with candidates behind them, in the order of the tiling."""
+    """Pairs of the scans from ``begin`` to ``end`` with those ``behind`` that may match, in the order of the tiling."""
     width = heard.enter(begin, end) + 1
     tile = _dense(*heard.of_scans(np.arange(begin, end)), width)
     single = np.ascontiguousarray(tile[:, :-1].T, dtype=np.float32)
     part = max(BUFFER // (width + end - begin), FEWEST)
-    for k in range(0, len(candidates), part):
-        scans = candidates[k : k + part]
+    for k in range(0, len(behind), part):
+        scans = behind[k : k + part]
         number, strength = heard.of_scans(scans)
         products = _dense(number, strength.astype(np.float32), width)[:, :-1] @ single
         other, own = np.divmod(np.flatnonzero(products.ravel() >= threshold - margin), end - begin)
-        behind = scans[other] > begin + own
-        other, own = other[behind], own[behind]
+        later = scans[other] > begin + own
+        other, own = other[later], own[later]
         similarity = _products(tile, own, number, strength, other)
         keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
         yield Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep].round(DIGITS), 1.0))
@@ -167,7 +168,7 @@ def _dense(number: Integers, strength: Array, width: int) -> Array:
 
 def _products(tile: Array, own: Integers, number: Integers, strength: Array, other: Integers) -> Array:
     """Products (p,) of rows ``own`` of the tile with scans ``other``, in parts that fit the buffer."""
-    product, part = np.empty(len(own)), max(BUFFER // max(number.shape[1], 1), 1)
+    product, part = np.empty(len(own)), max(BUFFER // 4 // max(number.shape[1], 1), 1)
     for k in range(0, len(own), part):
         a, b = own[k : k + part], other[k : k + part]
         met = np.take(tile, number[b] + tile.shape[1] * a[:, None])

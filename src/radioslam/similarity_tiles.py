@@ -25,6 +25,8 @@ Integers = NDArray[np.int64]
 
 TILE = 128
 """Scans per tile, more or less: small tiles are narrow, large ones are fast to multiply."""
+FEW = 1000
+"""So few scans are not worth an order."""
 GROUP = 64
 """Tiles whose candidates are sought at a time."""
 SLACK_RAD = 1e-5
@@ -39,36 +41,41 @@ class Gate:
     frame: Integers
     radius_m: float
 
+    def points(self) -> Array:
+        """Positions (n, 3) with frames as layers that the radius does not bridge."""
+        return np.column_stack([self.positions_xy, self.frame * (4 * self.radius_m + 1.0)])
+
     def lets(self, i: Integers, j: Integers) -> NDArray[np.bool_]:
         """Mask (n_pairs,) of the pairs that pass."""
         offset = self.positions_xy[j] - self.positions_xy[i]
         return (self.frame[i] == self.frame[j]) & (np.hypot(offset[:, 0], offset[:, 1]) <= self.radius_m)
 
 
-@dataclass(frozen=True)
-class Tiling:
-    """An order (n,) of the scans, and for each tile where it begins and ends therein with the places of all scans that
-    may match it, from its own first one on."""
-
-    order: Integers
-    tiles: Iterator[tuple[int, int, Integers]]
-
-
-def like_scans(rows: sparse.csr_array, threshold: float) -> Tiling:
-    """Tiles of like scans for unit rows (n, m) of one sign, and pairs of at least the similarity ``threshold``."""
+def tiles_of(rows: sparse.csr_array, gate: Gate | None) -> tuple[Integers, Integers]:
+    """An order (n,) of unit rows (n, m), and where each tile begins in it, (t + 1,) with the end."""
+    if gate:
+        tree = cKDTree(gate.points(), leafsize=TILE)
+        return np.asarray(tree.indices, dtype=np.int64), _leaves(tree)
+    if rows.shape[0] <= FEW:
+        return np.arange(rows.shape[0]), _cuts(np.arange(rows.shape[0]) // TILE)
     label = _nearest_landmark(rows)
     order = np.argsort(label, kind="stable")
-    begin = _cuts(label[order])
-    return Tiling(order, _like_candidates(rows[order], begin, threshold))
+    return order, _cuts(label[order])
 
 
-def near_scans(gate: Gate) -> Tiling:
-    """Tiles of scans that are near each other: the leaves of a k-d tree."""
-    apart = gate.frame * (4 * gate.radius_m + 1.0)  # frames as layers that no gate bridges
-    points = np.column_stack([gate.positions_xy, apart])
-    tree = cKDTree(points, leafsize=TILE)
-    order = np.asarray(tree.indices, dtype=np.int64)
-    return Tiling(order, _near_candidates(points[order], _leaves(tree), gate.radius_m))
+def candidates(
+    rows: sparse.csr_array, order: Integers, begin: Integers, threshold: float, gate: Gate | None
+) -> Iterator[tuple[int, int, Integers]]:
+    """Of each tile: where it begins and ends, and the places of all scans that may match it, its own and later ones.
+
+    Rows (n, m) are unit rows of one sign in the order of the tiles; matches are at least as similar as the threshold.
+    """
+    if gate:
+        yield from _near_candidates(gate.points()[order], begin, gate.radius_m)
+    elif rows.shape[0] <= FEW:
+        yield from ((b, e, np.arange(b, rows.shape[0])) for b, e in itertools.pairwise(begin.tolist()))
+    else:
+        yield from _like_candidates(rows, begin, threshold)
 
 
 def _nearest_landmark(rows: sparse.csr_array) -> Integers:
@@ -79,9 +86,11 @@ def _nearest_landmark(rows: sparse.csr_array) -> Integers:
     columns = landmarks.T.tocsr()
     for k in range(0, n, 1 << 15):
         products = (rows[k : k + (1 << 15)] @ columns).tocsr()
-        row = np.repeat(np.arange(products.shape[0]), np.diff(products.indptr))
-        rank = np.argsort(np.abs(products.data), kind="stable")
-        label[k + row[rank]] = products.indices[rank]  # of what is written to one place the last, most alike, stays
+        alike, count = np.abs(products.data), np.diff(products.indptr)
+        met = np.flatnonzero(count)
+        most = np.repeat(np.maximum.reduceat(alike, products.indptr[met]), count[met]) if len(met) else alike
+        best = np.flatnonzero(alike == most)
+        label[k + np.repeat(met, count[met])[best]] = products.indices[best]
     return label
 
 
@@ -124,7 +133,7 @@ def _leaves(tree: cKDTree) -> Integers:
 
 
 def _near_candidates(points: Array, begin: Integers, radius_m: float) -> Iterator[tuple[int, int, Integers]]:
-    """Tiles of sorted points (n, d); of the tiles behind each, those whose boxes are near, and of these what is near."""
+    """Tiles of sorted points (n, d); of the tiles behind each, those whose boxes are near, and of these the near scans."""
     low, high = np.minimum.reduceat(points, begin[:-1]), np.maximum.reduceat(points, begin[:-1])
     reach_m = radius_m * (1 + 1e-9)
     for t, (b, e) in enumerate(itertools.pairwise(begin.tolist())):
