@@ -6,23 +6,27 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from radioslam import planar
 from radioslam.claims import first_in_claims, take_greedily
 from radioslam.config import LoopConfig, ScreeningConfig
 from radioslam.fingerprints import Fingerprints
 from radioslam.merging import MergedTracks
-from radioslam.similarity import Pairs
+from radioslam.similarity import Gate, Pairs, stream_similar_pairs
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-KEPT = "kept"
-NEAR_IN_TIME = "neighbours in time"
-LESS_SIMILAR = "a more similar match nearby"
-NOT_MUTUAL = "not the best match of both scans"
-ALONE = "too few loops with this walk"
-CONTRADICTED = "neighbours in time contradict it"
+REASONS = (
+    "kept",
+    "neighbours in time",
+    "a more similar match nearby",
+    "not the best match of both scans",
+    "too few loops with this walk",
+    "neighbours in time contradict it",
+)
+KEPT, NEAR_IN_TIME, LESS_SIMILAR, NOT_MUTUAL, ALONE, CONTRADICTED = range(len(REASONS))
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,11 @@ class Loops:
 
     Attributes:
         pairs: the candidates as pairs of fingerprints i < j with their similarity.
-        reason: (n_pairs,) text, ``kept`` or why not.
+        reason: (n_pairs,) number in ``REASONS``, ``KEPT`` or why not.
     """
 
     pairs: Pairs
-    reason: NDArray[np.str_]
+    reason: NDArray[np.uint8]
 
     @property
     def kept(self) -> Pairs:
@@ -44,21 +48,20 @@ class Loops:
 
 
 def find_candidates(
-    similar: Pairs, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
+    strengths: sparse.csr_array, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
 ) -> Pairs:
     """Pairs of scans that may have been made at one place.
 
-    Of all pairs that are ``similar`` enough (s ≥ ϑ_s): those of walks that share a frame, at most ``gate_m`` apart
-    and near enough in orientation under the current estimate, ``merged.poses``.
+    Of all pairs whose ``strengths`` (n, m) are similar enough (s ≥ ϑ_s): those of walks that share a frame, at most
+    ``gate_m`` apart and near enough in orientation under the current estimate, ``merged.poses``.
     """
     poses = merged.poses[merged.node_of_fingerprint]
-    offset = poses[similar.j] - poses[similar.i]
-    frame = merged.frame[fingerprints.walk]
-    return similar.select(
-        (frame[similar.i] == frame[similar.j])
-        & (np.hypot(offset[:, 0], offset[:, 1]) <= gate_m)
-        & (np.abs(planar.wrap(offset[:, 2])) <= config.max_orientation_rad)
-    )
+    gate = Gate(poses[:, :2], merged.frame[fingerprints.walk], gate_m)
+    parts = []
+    for pairs in stream_similar_pairs(strengths, config.similarity_threshold, gate):
+        turn = planar.wrap(poses[pairs.j, 2] - poses[pairs.i, 2])
+        parts.append(pairs.select(np.abs(turn) <= config.max_orientation_rad))
+    return Pairs.concatenate(parts)
 
 
 def screen_candidates(
@@ -82,7 +85,7 @@ def screen_candidates(
     """
     i, j = candidates.i, candidates.j
     same = fingerprints.walk[i] == fingerprints.walk[j]
-    reason = np.full(len(candidates), KEPT, dtype="<U32")
+    reason = np.full(len(candidates), KEPT, dtype=np.uint8)
     near = same & (fingerprints.scan[j] - fingerprints.scan[i] < config.min_index_gap)
     reason[near] = NEAR_IN_TIME
     left = np.flatnonzero(~near)
@@ -135,7 +138,7 @@ def _alone(walk_i: Integers, walk_j: Integers, least: int) -> NDArray[np.bool_]:
         alone |= more
 
 
-def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], str]:
+def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], int]:
     """Mask of the pairs that the rule keeps, and why it drops the others."""
     if config.rule == "window":
         return _most_similar_in_window(pairs, fingerprints, config.window_m), LESS_SIMILAR

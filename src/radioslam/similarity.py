@@ -7,8 +7,8 @@ nothing to the product but lengthens the norm of the scan that heard it, so it l
 
 The join finds all pairs above a threshold, exactly. Scans that are alike, or near each other, make a tile
 (``similarity_tiles``), which says what scans may match it. Over the tile's own access points all of them become one
-dense product in single precision; what comes near the threshold is computed again in double precision. Similarities
-are rounded to 12 digits, so that neither tiles nor the order of a sum decide between equals.
+dense product in single precision; what comes near the threshold is computed again in double precision, by a sum over
+the access points in their order, so that equals have one similarity to the last bit in whatever tile they meet.
 """
 
 from __future__ import annotations
@@ -25,11 +25,14 @@ from radioslam.similarity_tiles import Gate, candidates, tiles_of
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
+__all__ = ["Gate", "Pairs", "pair_similarity", "similar_pairs", "stream_similar_pairs", "unit_rows"]
+
 BUFFER = 1 << 19
 """Numbers in the largest array of a tile; some ten of them are alive at a time, and fit a processor's cache."""
 FEWEST = 64
 """Candidates that are looked at together however wide the tile."""
 DIGITS = 12
+"""A similarity equal to the threshold in so many digits is similar enough."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +52,11 @@ class Pairs:
 
     @staticmethod
     def concatenate(parts: list[Pairs]) -> Pairs:
-        """All pairs of the parts, by i and then by j."""
+        """All pairs of the parts by i, and of one i the later j first."""
         none = np.zeros(0, np.int64)
         parts = [Pairs(none, none, np.zeros(0)), *parts]
         i, j, similarity = (np.concatenate([getattr(p, name) for p in parts]) for name in ("i", "j", "similarity"))
-        order = np.argsort(i * (j.max(initial=0) + 1) + j)
+        order = np.argsort((i + 1) * (j.max(initial=0) + 1) - j)
         return Pairs(i[order], j[order], similarity[order])
 
 
@@ -65,7 +68,9 @@ def unit_rows(strengths: sparse.csr_array) -> sparse.csr_array:
 
 
 def similar_pairs(strengths: sparse.csr_array, threshold: float = 0.0, gate: Gate | None = None) -> Pairs:
-    """All pairs i < j with similarity ≥ ``threshold`` and at least one common transmitter, by i and then by j.
+    """All pairs i < j with similarity ≥ ``threshold`` and at least one common transmitter.
+
+    They come by i, and of one i the later j first.
 
     Args:
         strengths: (n, m), all of one sign.
@@ -83,6 +88,7 @@ def stream_similar_pairs(
     Beside the strengths this takes three more arrays of their size and 0.2 GB, however many scans and pairs there are.
     """
     rows = unit_rows(strengths)
+    rows.sort_indices()
     most = int(np.diff(rows.indptr).max(initial=0))
     if not most:
         return
@@ -105,7 +111,7 @@ def pair_similarity(strengths: sparse.csr_array, i: Integers, j: Integers) -> Ar
 
 @dataclass(frozen=True)
 class _Readings:
-    """Unit rows in the order of a tiling: of scan k ``count`` readings from ``first`` on, and at the end one of nothing.
+    """Unit rows in the order of the tiles: of scan k ``count`` readings from ``first`` on; at the end one of nothing.
 
     ``local`` (m + 1,) numbers the transmitters of the tile at hand.
     """
@@ -155,7 +161,7 @@ def _tile_pairs(
         other, own = other[later], own[later]
         similarity = _products(tile, own, number, strength, other)
         keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
-        yield Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep].round(DIGITS), 1.0))
+        yield Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep], 1.0))
 
 
 def _dense(number: Integers, strength: Array, width: int) -> Array:
@@ -169,8 +175,10 @@ def _dense(number: Integers, strength: Array, width: int) -> Array:
 def _products(tile: Array, own: Integers, number: Integers, strength: Array, other: Integers) -> Array:
     """Products (p,) of rows ``own`` of the tile with scans ``other``, in parts that fit the buffer."""
     product, part = np.empty(len(own)), max(BUFFER // 4 // max(number.shape[1], 1), 1)
+    number, strength = np.ascontiguousarray(number.T), np.ascontiguousarray(strength.T)
     for k in range(0, len(own), part):
         a, b = own[k : k + part], other[k : k + part]
-        met = np.take(tile, number[b] + tile.shape[1] * a[:, None])
-        product[k : k + part] = np.einsum("pk,pk->p", met, strength[b])
+        terms = np.take(tile, number[:, b] + tile.shape[1] * a)
+        terms *= strength[:, b]
+        product[k : k + part] = terms.sum(axis=0)  # one row after the other
     return product

@@ -133,7 +133,7 @@ def _leaves(tree: cKDTree) -> Integers:
 
 
 def _near_candidates(points: Array, begin: Integers, radius_m: float) -> Iterator[tuple[int, int, Integers]]:
-    """Tiles of sorted points (n, d); of the tiles behind each, those whose boxes are near, and of these the near scans."""
+    """Tiles of sorted points (n, d); each meets the scans near its box, of tiles whose boxes are near."""
     low, high = np.minimum.reduceat(points, begin[:-1]), np.maximum.reduceat(points, begin[:-1])
     reach_m = radius_m * (1 + 1e-9)
     for t, (b, e) in enumerate(itertools.pairwise(begin.tolist())):
