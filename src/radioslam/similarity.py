@@ -29,6 +29,8 @@ __all__ = ["Gate", "Pairs", "pair_similarity", "similar_pairs", "stream_similar_
 
 BUFFER = 1 << 19
 """Numbers in the largest array of a tile; some ten of them are alive at a time, and fit a processor's cache."""
+PAIRS = 1 << 14
+"""Given pairs that are looked at together."""
 FEWEST = 64
 """Candidates that are looked at together however wide the tile."""
 DIGITS = 12
@@ -105,8 +107,11 @@ def stream_similar_pairs(
 
 def pair_similarity(strengths: sparse.csr_array, i: Integers, j: Integers) -> Array:
     """Similarity (n_pairs,) of the given pairs of rows only."""
-    rows = unit_rows(strengths)
-    return np.minimum(np.asarray(rows[i].multiply(rows[j]).sum(axis=1)).ravel(), 1.0)
+    rows, similarity = unit_rows(strengths), np.empty(len(i))
+    for k in range(0, len(i), PAIRS):
+        part = slice(k, k + PAIRS)
+        similarity[part] = rows[i[part]].multiply(rows[j[part]]).sum(axis=1)
+    return np.minimum(similarity, 1.0)
 
 
 @dataclass(frozen=True)
