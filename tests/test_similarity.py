@@ -100,7 +100,7 @@ def test_the_stream_holds_the_pairs_of_the_join():
     whole = similar_pairs(strengths, 0.6)
     assert len(parts) > 1
     assert len(whole) == sum(map(len, parts)) > 0
-    np.testing.assert_array_equal(Pairs.concatenate(parts).similarity, whole.similarity)
+    np.testing.assert_array_equal(Pairs.collect(parts).similarity, whole.similarity)
 
 
 def test_equal_scans_have_one_similarity_wherever_they_stand():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,11 +58,12 @@ def find_candidates(
     """
     poses = merged.poses[merged.node_of_fingerprint]
     gate = Gate(poses[:, :2], merged.frame[fingerprints.walk], gate_m)
-    parts = []
-    for pairs in stream_similar_pairs(strengths, config.similarity_threshold, gate):
+
+    def facing_alike(pairs: Pairs) -> Pairs:
         turn = planar.wrap(poses[pairs.j, 2] - poses[pairs.i, 2])
-        parts.append(pairs.select(np.abs(turn) <= config.max_orientation_rad))
-    return Pairs.concatenate(parts)
+        return pairs.select(np.abs(turn) <= config.max_orientation_rad)
+
+    return Pairs.collect(map(facing_alike, stream_similar_pairs(strengths, config.similarity_threshold, gate)))
 
 
 def screen_candidates(
@@ -144,8 +146,7 @@ def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfi
         return _most_similar_in_window(pairs, fingerprints, config.window_m), LESS_SIMILAR
     if config.rule == "mutual":
         return first_in_claims(pairs.similarity, _scans_per_walk(pairs, fingerprints)), NOT_MUTUAL
-    claims = np.column_stack([pairs.i, pairs.j, _stretches(pairs, fingerprints, config.window_m)])
-    return take_greedily(pairs.similarity, claims), LESS_SIMILAR
+    return take_greedily(pairs.similarity, *_single_claims(pairs, fingerprints, config.window_m)), LESS_SIMILAR
 
 
 def _most_similar_in_window(pairs: Pairs, fingerprints: Fingerprints, window_m: float) -> NDArray[np.bool_]:
@@ -170,16 +171,24 @@ def _scans_per_walk(pairs: Pairs, fingerprints: Fingerprints) -> Integers:
     return np.column_stack([pairs.i * walks + walk[pairs.j], pairs.j * walks + walk[pairs.i]])
 
 
-def _stretches(pairs: Pairs, fingerprints: Fingerprints, length_m: float) -> Integers:
-    """Claims (n, 2) of each pair: the stretch of each walk that is to be tied to the other walk.
+def _single_claims(
+    pairs: Pairs, fingerprints: Fingerprints, length_m: float
+) -> tuple[Callable[[Integers], Integers], int]:
+    """Claims (m, 4) of pairs by their numbers (m,), and how many claims there are.
 
-    Numbers begin behind those of the scans.
+    A pair claims its two scans, and of each walk the stretch that is to be tied to the other walk.
     """
-    walk, walks = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1
+    walk, walks, n = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1, len(fingerprints)
     stretch = np.floor(fingerprints.distance_m / max(length_m, 1e-6)).astype(np.int64)
     count = int(stretch.max(initial=0)) + 1
+    met = np.zeros((walks, walks), bool)
+    met[walk[pairs.i], walk[pairs.j]] = True
+    met |= met.T
+    number = n + count * (np.cumsum(met) - 1).reshape(walks, walks)
 
-    def number(one: Integers, other: Integers) -> Integers:
-        return (walk[one] * walks + walk[other]) * count + stretch[other] + len(fingerprints)
+    def claims_of(items: Integers) -> Integers:
+        i, j = pairs.i[items], pairs.j[items]
+        a, b = walk[i], walk[j]
+        return np.column_stack([i, j, number[a, b] + stretch[j], number[b, a] + stretch[i]])
 
-    return np.column_stack([number(pairs.i, pairs.j), number(pairs.j, pairs.i)])
+    return claims_of, n + count * int(met.sum())

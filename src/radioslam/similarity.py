@@ -13,7 +13,7 @@ the access points in their order, so that equals have one similarity to the last
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +29,8 @@ __all__ = ["Gate", "Pairs", "pair_similarity", "similar_pairs", "stream_similar_
 
 BUFFER = 1 << 19
 """Numbers in the largest array of a tile; some ten of them are alive at a time, and fit a processor's cache."""
+BLOCK = 1 << 17
+"""Pairs that are gathered before they are stored."""
 PAIRS = 1 << 14
 """Given pairs that are looked at together."""
 FEWEST = 64
@@ -53,13 +55,22 @@ class Pairs:
         return Pairs(self.i[mask], self.j[mask], self.similarity[mask])
 
     @staticmethod
-    def concatenate(parts: list[Pairs]) -> Pairs:
+    def collect(parts: Iterable[Pairs]) -> Pairs:
         """All pairs of the parts by i, and of one i the later j first."""
-        none = np.zeros(0, np.int64)
-        parts = [Pairs(none, none, np.zeros(0)), *parts]
-        i, j, similarity = (np.concatenate([getattr(p, name) for p in parts]) for name in ("i", "j", "similarity"))
-        order = np.argsort((i + 1) * (j.max(initial=0) + 1) - j)
-        return Pairs(i[order], j[order], similarity[order])
+        blocks, small = list[Pairs](), list[Pairs]()
+        for part in parts:
+            small.append(part)
+            if sum(map(len, small)) >= BLOCK:  # thousands of small arrays that stay would leave memory full of holes
+                blocks.append(_joined(small))
+                small = []
+        pairs = _joined([*blocks, *small])
+        return pairs.select(np.argsort((pairs.i + 1) * (pairs.j.max(initial=0) + 1) - pairs.j))
+
+
+def _joined(parts: list[Pairs]) -> Pairs:
+    none = np.zeros(0, np.int64)
+    parts = [Pairs(none, none, np.zeros(0)), *parts]
+    return Pairs(*(np.concatenate([getattr(p, name) for p in parts]) for name in ("i", "j", "similarity")))
 
 
 def unit_rows(strengths: sparse.csr_array) -> sparse.csr_array:
@@ -79,7 +90,7 @@ def similar_pairs(strengths: sparse.csr_array, threshold: float = 0.0, gate: Gat
         threshold: of the cosine.
         gate: where the scans are and how far apart those of a pair may be; None: anywhere.
     """
-    return Pairs.concatenate([*stream_similar_pairs(strengths, threshold, gate)])
+    return Pairs.collect(stream_similar_pairs(strengths, threshold, gate))
 
 
 def stream_similar_pairs(
