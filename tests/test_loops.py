@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import sparse
 
 from radioslam.config import LoopConfig, ScreeningConfig
 from radioslam.loops import (
@@ -42,8 +43,8 @@ def screened(pairs, fingerprints, config):
 
 def candidates(poses, walk=(0, 1), frame=(0, 0), gate_m=10.0, **config):
     fingerprints = fingerprints_at(np.zeros(len(poses)), walk)
-    every = pairs_of(*[(i, j, 0.9) for i, j in itertools.combinations(range(len(poses)), 2)])
-    return as_tuples(find_candidates(every, merged_at(poses, walk, frame), fingerprints, gate_m, LoopConfig(**config)))
+    equal = sparse.csr_array(np.ones((len(poses), 1)))
+    return as_tuples(find_candidates(equal, merged_at(poses, walk, frame), fingerprints, gate_m, LoopConfig(**config)))
 
 
 @pytest.mark.parametrize(("distance_m", "near"), [(9.9, True), (10.0, True), (10.1, False)])
@@ -77,14 +78,16 @@ def test_loops_are_sought_within_a_walk_too():
     assert candidates(np.zeros((2, 3)), walk=(0, 0), frame=(0,)) == [(0, 1)]
 
 
-def test_candidates_keep_their_similarity():
+def test_candidates_are_at_least_so_similar_and_keep_their_similarity():
+    strengths = sparse.csr_array([[1.0, 0, 0], [1, 0, 0], [0.8, 0.6, 0], [0.7, 0, 0.714]])
     found = find_candidates(
-        pairs_of((0, 1, 0.7), (0, 2, 0.8)),
-        merged_at([[0, 0, 0], [99, 0, 0], [1, 0, 0]], (0, 1, 1), (0, 0)),
-        fingerprints_at(np.zeros(3), (0, 1, 1)),
+        strengths,
+        merged_at([[0, 0, 0], [99, 0, 0], [1, 0, 0], [2, 0, 0]], (0, 1, 1, 1), (0, 0)),
+        fingerprints_at(np.zeros(4), (0, 1, 1, 1)),
         10.0,
-        LoopConfig(),
+        LoopConfig(similarity_threshold=0.8),
     )
+    assert as_tuples(found) == [(0, 2)]
     assert found.similarity.tolist() == [0.8]
 
 

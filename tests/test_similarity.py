@@ -1,5 +1,7 @@
+import contextlib
 import itertools
 import math
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -7,7 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import sparse
 
-from radioslam.similarity import pair_similarity, similar_pairs, unit_rows
+from radioslam import similarity, similarity_tiles
+from radioslam.similarity import Pairs, pair_similarity, similar_pairs, stream_similar_pairs, unit_rows
+from radioslam.similarity_tiles import Gate
 
 
 @st.composite
@@ -26,10 +30,11 @@ def cosine(a, b):
 
 
 def double_loop(matrix, threshold):
+    """Pairs at the threshold but for rounding are similar enough."""
     scans = [{k: v for k, v in enumerate(row) if v} for row in matrix.tolist()]
     pairs = {}
     for i, j in itertools.combinations(range(len(scans)), 2):
-        if scans[i].keys() & scans[j].keys() and cosine(scans[i], scans[j]) >= threshold:
+        if scans[i].keys() & scans[j].keys() and cosine(scans[i], scans[j]) >= threshold - 1e-13:
             pairs[i, j] = cosine(scans[i], scans[j])
     return pairs
 
@@ -39,13 +44,74 @@ def joined(matrix, *arguments, **keywords):
     return dict(zip(zip(pairs.i.tolist(), pairs.j.tolist(), strict=True), pairs.similarity.tolist(), strict=True))
 
 
-# No cosine of the matrices above lies within rounding of these thresholds unless it is equal by construction.
+def in_tiles_of(scans):
+    """So few scans make a tile, and so few numbers a part of it, that small matrices have many of both."""
+    stack = contextlib.ExitStack()
+    stack.enter_context(mock.patch.object(similarity_tiles, "TILE", scans))
+    stack.enter_context(mock.patch.object(similarity_tiles, "GROUP", 2))
+    stack.enter_context(mock.patch.object(similarity_tiles, "FEW", 0))
+    stack.enter_context(mock.patch.object(similarity, "BUFFER", 1))
+    stack.enter_context(mock.patch.object(similarity, "FEWEST", 3))
+    return stack
+
+
 @settings(deadline=None)
-@given(matrices(), st.sampled_from([0.0, 0.33, 0.61, 0.79, 0.93]), st.integers(1, 13))
-def test_the_join_equals_the_plain_double_loop(matrix, threshold, block):
-    found, expected = joined(matrix, threshold, block), double_loop(matrix, threshold)
+@given(matrices(), st.sampled_from([0.0, 1e-9, 0.33, 0.6, 0.79, 0.8, 0.93, 1.0]), st.integers(1, 13))
+def test_the_join_equals_the_plain_double_loop(matrix, threshold, tile):
+    with in_tiles_of(tile):
+        found = joined(matrix, threshold)
+    expected = double_loop(matrix, threshold)
     assert found.keys() == expected.keys()
     assert found == pytest.approx(expected, abs=1e-12)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 10**6), st.sampled_from([0.0, 0.3, 0.7, 0.9]), st.integers(1, 40), st.sampled_from([1.0, 1e-9]))
+def test_scans_of_a_floor_are_joined_as_by_the_plain_double_loop(seed, threshold, tile, scale):
+    """Neighbours along a line hear nearly the same; here tiles are narrow and most of them do not meet."""
+    rng = np.random.default_rng(seed)
+    place, transmitter = rng.uniform(0, 100, (60, 1)), rng.uniform(0, 100, (1, 40))
+    strength = 40 - np.abs(place - transmitter) * 3 + rng.normal(0, 3, (60, 40))
+    matrix = scale * np.where(strength > 0, strength.round(), 0.0)
+    with in_tiles_of(tile):
+        found = joined(matrix, threshold)
+    assert found == pytest.approx(double_loop(matrix, threshold), abs=1e-12)
+
+
+@settings(deadline=None, max_examples=50)
+@given(matrices(), st.integers(0, 10**6), st.sampled_from([0.0, 0.6, 0.8]), st.integers(1, 13))
+def test_the_gate_lets_pairs_of_one_frame_pass_that_are_near(matrix, seed, threshold, tile):
+    rng = np.random.default_rng(seed)
+    positions, frame = rng.integers(0, 4, (len(matrix), 2)).astype(float), rng.integers(0, 2, len(matrix))
+    with in_tiles_of(tile):
+        gated = joined(matrix, threshold, Gate(positions, frame, 2.0))
+    near = {
+        (i, j): s
+        for (i, j), s in joined(matrix, threshold).items()
+        if frame[i] == frame[j] and math.dist(positions[i], positions[j]) <= 2.0
+    }
+    assert gated == near
+
+
+def test_the_stream_holds_the_pairs_of_the_join():
+    rng = np.random.default_rng(1)
+    strengths = sparse.csr_array(rng.uniform(0, 1, (600, 30)) * (rng.random((600, 30)) < 0.3))
+    parts = list(stream_similar_pairs(strengths, 0.6))
+    whole = similar_pairs(strengths, 0.6)
+    assert len(parts) > 1
+    assert len(whole) == sum(map(len, parts)) > 0
+    np.testing.assert_array_equal(Pairs.collect(parts).similarity, whole.similarity)
+
+
+def test_equal_scans_have_one_similarity_wherever_they_stand():
+    rng = np.random.default_rng(2)
+    scan, others = rng.uniform(1, 50, 40), rng.uniform(1, 50, (500, 40))
+    matrix = others.copy()
+    matrix[::7] = scan
+    pairs = similar_pairs(sparse.csr_array(matrix))
+    for other in (1, 250, 499):
+        ends = np.where(pairs.i == other, pairs.j, np.where(pairs.j == other, pairs.i, 1))
+        assert len(set(pairs.similarity[ends % 7 == 0].tolist())) == 1
 
 
 @given(matrices())
@@ -67,7 +133,8 @@ def test_the_order_of_the_scans_does_not_matter(matrix, random):
 
 @given(matrices())
 def test_no_pair_comes_twice_and_the_first_is_the_earlier(matrix):
-    pairs = similar_pairs(sparse.csr_array(matrix), block=3)
+    with in_tiles_of(3):
+        pairs = similar_pairs(sparse.csr_array(matrix))
     assert np.all(pairs.i < pairs.j)
     assert len(set(zip(pairs.i.tolist(), pairs.j.tolist(), strict=True))) == len(pairs)
 

@@ -290,7 +290,7 @@ def _figures(result: SlamResult) -> dict[str, float]:
     first = np.append(True, last[:-1])
     stages = {
         "training_s": seconds["uncertainty model"],
-        "closure_s": seconds["similarity"] + seconds["loop candidates"],
+        "closure_s": seconds["loop candidates"],
         "screening_s": seconds["screening"],
         "optimization_s": seconds["optimization"],
     }

@@ -2,27 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from radioslam import planar
 from radioslam.claims import first_in_claims, take_greedily
 from radioslam.config import LoopConfig, ScreeningConfig
 from radioslam.fingerprints import Fingerprints
 from radioslam.merging import MergedTracks
-from radioslam.similarity import Pairs
+from radioslam.similarity import Gate, Pairs, stream_similar_pairs
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
-KEPT = "kept"
-NEAR_IN_TIME = "neighbours in time"
-LESS_SIMILAR = "a more similar match nearby"
-NOT_MUTUAL = "not the best match of both scans"
-ALONE = "too few loops with this walk"
-CONTRADICTED = "neighbours in time contradict it"
+REASONS = (
+    "kept",
+    "neighbours in time",
+    "a more similar match nearby",
+    "not the best match of both scans",
+    "too few loops with this walk",
+    "neighbours in time contradict it",
+)
+KEPT, NEAR_IN_TIME, LESS_SIMILAR, NOT_MUTUAL, ALONE, CONTRADICTED = range(len(REASONS))
 
 
 @dataclass(frozen=True)
@@ -31,11 +36,11 @@ class Loops:
 
     Attributes:
         pairs: the candidates as pairs of fingerprints i < j with their similarity.
-        reason: (n_pairs,) text, ``kept`` or why not.
+        reason: (n_pairs,) number in ``REASONS``, ``KEPT`` or why not.
     """
 
     pairs: Pairs
-    reason: NDArray[np.str_]
+    reason: NDArray[np.uint8]
 
     @property
     def kept(self) -> Pairs:
@@ -44,21 +49,21 @@ class Loops:
 
 
 def find_candidates(
-    similar: Pairs, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
+    strengths: sparse.csr_array, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
 ) -> Pairs:
     """Pairs of scans that may have been made at one place.
 
-    Of all pairs that are ``similar`` enough (s ≥ ϑ_s): those of walks that share a frame, at most ``gate_m`` apart
-    and near enough in orientation under the current estimate, ``merged.poses``.
+    Of all pairs whose ``strengths`` (n, m) are similar enough (s ≥ ϑ_s): those of walks that share a frame, at most
+    ``gate_m`` apart and near enough in orientation under the current estimate, ``merged.poses``.
     """
     poses = merged.poses[merged.node_of_fingerprint]
-    offset = poses[similar.j] - poses[similar.i]
-    frame = merged.frame[fingerprints.walk]
-    return similar.select(
-        (frame[similar.i] == frame[similar.j])
-        & (np.hypot(offset[:, 0], offset[:, 1]) <= gate_m)
-        & (np.abs(planar.wrap(offset[:, 2])) <= config.max_orientation_rad)
-    )
+    gate = Gate(poses[:, :2], merged.frame[fingerprints.walk], gate_m)
+
+    def facing_alike(pairs: Pairs) -> Pairs:
+        turn = planar.wrap(poses[pairs.j, 2] - poses[pairs.i, 2])
+        return pairs.select(np.abs(turn) <= config.max_orientation_rad)
+
+    return Pairs.collect(map(facing_alike, stream_similar_pairs(strengths, config.similarity_threshold, gate)))
 
 
 def screen_candidates(
@@ -82,7 +87,7 @@ def screen_candidates(
     """
     i, j = candidates.i, candidates.j
     same = fingerprints.walk[i] == fingerprints.walk[j]
-    reason = np.full(len(candidates), KEPT, dtype="<U32")
+    reason = np.full(len(candidates), KEPT, dtype=np.uint8)
     near = same & (fingerprints.scan[j] - fingerprints.scan[i] < config.min_index_gap)
     reason[near] = NEAR_IN_TIME
     left = np.flatnonzero(~near)
@@ -135,14 +140,13 @@ def _alone(walk_i: Integers, walk_j: Integers, least: int) -> NDArray[np.bool_]:
         alone |= more
 
 
-def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], str]:
+def _apply_rule(pairs: Pairs, fingerprints: Fingerprints, config: ScreeningConfig) -> tuple[NDArray[np.bool_], int]:
     """Mask of the pairs that the rule keeps, and why it drops the others."""
     if config.rule == "window":
         return _most_similar_in_window(pairs, fingerprints, config.window_m), LESS_SIMILAR
     if config.rule == "mutual":
         return first_in_claims(pairs.similarity, _scans_per_walk(pairs, fingerprints)), NOT_MUTUAL
-    claims = np.column_stack([pairs.i, pairs.j, _stretches(pairs, fingerprints, config.window_m)])
-    return take_greedily(pairs.similarity, claims), LESS_SIMILAR
+    return take_greedily(pairs.similarity, *_single_claims(pairs, fingerprints, config.window_m)), LESS_SIMILAR
 
 
 def _most_similar_in_window(pairs: Pairs, fingerprints: Fingerprints, window_m: float) -> NDArray[np.bool_]:
@@ -167,16 +171,24 @@ def _scans_per_walk(pairs: Pairs, fingerprints: Fingerprints) -> Integers:
     return np.column_stack([pairs.i * walks + walk[pairs.j], pairs.j * walks + walk[pairs.i]])
 
 
-def _stretches(pairs: Pairs, fingerprints: Fingerprints, length_m: float) -> Integers:
-    """Claims (n, 2) of each pair: the stretch of each walk that is to be tied to the other walk.
+def _single_claims(
+    pairs: Pairs, fingerprints: Fingerprints, length_m: float
+) -> tuple[Callable[[Integers], Integers], int]:
+    """Claims (m, 4) of pairs by their numbers (m,), and how many claims there are.
 
-    Numbers begin behind those of the scans.
+    A pair claims its two scans, and of each walk the stretch that is to be tied to the other walk.
     """
-    walk, walks = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1
+    walk, walks, n = fingerprints.walk, int(fingerprints.walk.max(initial=0)) + 1, len(fingerprints)
     stretch = np.floor(fingerprints.distance_m / max(length_m, 1e-6)).astype(np.int64)
     count = int(stretch.max(initial=0)) + 1
+    met = np.zeros((walks, walks), bool)
+    met[walk[pairs.i], walk[pairs.j]] = True
+    met |= met.T
+    number = n + count * (np.cumsum(met) - 1).reshape(walks, walks)
 
-    def number(one: Integers, other: Integers) -> Integers:
-        return (walk[one] * walks + walk[other]) * count + stretch[other] + len(fingerprints)
+    def claims_of(items: Integers) -> Integers:
+        i, j = pairs.i[items], pairs.j[items]
+        a, b = walk[i], walk[j]
+        return np.column_stack([i, j, number[a, b] + stretch[j], number[b, a] + stretch[i]])
 
-    return np.column_stack([number(pairs.i, pairs.j), number(pairs.j, pairs.i)])
+    return claims_of, n + count * int(met.sum())

@@ -31,7 +31,7 @@ from radioslam import g2o
 from radioslam.config import load_config
 from radioslam.errors import GraphError, ResultError
 from radioslam.formats.tum import write_tum
-from radioslam.loops import KEPT, Loops
+from radioslam.loops import KEPT, REASONS, Loops
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult, SolverStatus
 from radioslam.similarity import Pairs
@@ -188,7 +188,8 @@ def _write_loops(result: SlamResult, path: Path) -> None:
         columns[f"time_{end}_s"] = samples.time_s[rows]
     kept = result.loops.reason == KEPT
     columns |= {"similarity": pairs.similarity, "sigma_m": result.uncertainty.sigma(pairs.similarity)}
-    columns |= {"kept": kept, "reason": np.where(kept, "", result.loops.reason)}
+    why = pa.array(["" if k == KEPT else reason for k, reason in enumerate(REASONS)])
+    columns |= {"kept": kept, "reason": why.take(pa.array(result.loops.reason))}
     _write_csv(path, columns)
 
 
@@ -271,5 +272,6 @@ def _read_loops(path: Path, place: dict[tuple[str, float], int]) -> Loops:
         names, times = table[f"walk_{end}"].to_pylist(), table[f"time_{end}_s"].to_pylist()
         ends.append(np.array([place[key] for key in zip(names, times, strict=True)], dtype=np.int64))
     similarity = table["similarity"].to_numpy().astype(float)
-    reason = np.array(table["reason"].to_pylist(), dtype="<U32").reshape(len(table))
-    return Loops(Pairs(ends[0], ends[1], similarity), np.where(reason == "", KEPT, reason))
+    code = {reason: k for k, reason in enumerate(REASONS)} | {"": KEPT}
+    reason = np.array([code[text] for text in table["reason"].to_pylist()], dtype=np.uint8)
+    return Loops(Pairs(ends[0], ends[1], similarity), reason)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from radioslam.accuracy import Alignment, ErrorStatistics, alignment_pose, position_errors, size_ratio
 from radioslam.config import Config
-from radioslam.loops import KEPT, Loops
+from radioslam.loops import KEPT, REASONS, Loops
 from radioslam.planar import transform
 from radioslam.pose_graph import PoseGraph
 from radioslam.radio_map import RadioMap
@@ -178,7 +178,10 @@ def summarize(result: SlamResult) -> dict[str, Any]:
     kept = result.loops.kept
     walk, maps = result.radio_map.walk, result.map_of_walk
     everywhere = np.ones(len(walk), bool)
-    reasons, counts = np.unique(result.loops.reason[result.loops.reason != KEPT], return_counts=True)
+    counts = np.bincount(result.loops.reason, minlength=len(REASONS)).tolist()
+    rejected = {
+        reason: count for k, (reason, count) in enumerate(zip(REASONS, counts, strict=True)) if k != KEPT and count
+    }
     rows = []
     for k, name in enumerate(result.walks):
         loops = int(np.sum((walk[kept.i] == k) | (walk[kept.j] == k)))
@@ -196,7 +199,7 @@ def summarize(result: SlamResult) -> dict[str, Any]:
         "loops": {
             "candidates": len(result.loops.pairs),
             "kept": len(kept),
-            "rejected": dict(zip(reasons.tolist(), counts.tolist(), strict=True)),
+            "rejected": dict(sorted(rejected.items())),
         },
         "graph": {"nodes": len(result.graph.poses), "edges": result.graph.edge_count},
         "solver": asdict(result.solver),

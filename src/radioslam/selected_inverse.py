@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
-from scipy.linalg import solve_triangular
+from scipy.linalg.lapack import dtrtri
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -44,7 +44,7 @@ def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
         diagonal[columns] = np.diag(z_jj)
         if waiting[k]:
             rows = np.concatenate([np.arange(begin[k], end[k]), below])
-            fronts[k] = _Front(rows, np.block([[z_jj, z_sj.T], [z_sj, z_ss]]))
+            fronts[k] = _Front(rows, _joined(z_jj, z_sj, z_ss))
         if parent[k] >= 0:
             waiting[parent[k]] -= 1
             if not waiting[parent[k]]:
@@ -76,10 +76,19 @@ def _block(lower: sparse.csc_array, begin: int, end: int, below: int) -> Array:
 def _eliminate(block: Array, pivots: Array, z_ss: Array) -> tuple[Array, Array]:
     """Z_JJ (w, w) and Z_SJ (m, w)."""
     width = block.shape[1]
-    inverse = solve_triangular(block[:width], np.eye(width), lower=True, unit_diagonal=True, check_finite=False)
+    # Called tens of thousands of times on small blocks: LAPACK without the checks around it.
+    inverse = dtrtri(block[:width], lower=1, unitdiag=1)[0] if width > 1 else np.ones((1, 1))
     coupling = block[width:] @ inverse
     z_sj = -z_ss @ coupling
     return (inverse.T / pivots) @ inverse - coupling.T @ z_sj, z_sj
+
+
+def _joined(z_jj: Array, z_sj: Array, z_ss: Array) -> Array:
+    width = len(z_jj)
+    front = np.empty((width + len(z_ss), width + len(z_ss)))
+    front[:width, :width], front[width:, width:] = z_jj, z_ss
+    front[width:, :width], front[:width, width:] = z_sj, z_sj.T
+    return front
 
 
 def _part(front: _Front, rows: Integers) -> Array:

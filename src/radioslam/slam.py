@@ -72,17 +72,16 @@ def map_walks(
             placement = place_walks(tracks, config)
     with clock("merging"):
         merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging, placement)
-    with clock("similarity"):
-        similar = similar_pairs(strengths, config.loops.similarity_threshold)
     if config.merging.heading == "unknown":
         with clock("turning"):
+            similar = similar_pairs(strengths, config.loops.similarity_threshold)
             merged = turn_walks(merged, similar, fingerprints, uncertainty, config)
     estimate = merged
     # Walks that have been placed lie together already: one narrow look, and no axes that their turns could mistake.
     gates_m = config.loops.gates_m if placement is None else config.loops.gates_m[-1:]
     for k, gate_m in enumerate(gates_m):
         with clock("loop candidates"):
-            candidates = find_candidates(similar, estimate, fingerprints, gate_m, config.loops)
+            candidates = find_candidates(strengths, estimate, fingerprints, gate_m, config.loops)
         with clock("screening"):
             loops = screen_candidates(
                 candidates, fingerprints, estimate.poses[estimate.node_of_fingerprint, :2], config.screening
