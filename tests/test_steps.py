@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from radioslam.config import OdometryConfig
 from radioslam.steps import LONGEST_INTERVAL_S, Steps, find_steps, step_lengths
-from radioslam.walk import Signal
+from radioslam.walk import Inertial, Signal
 
 from .phones import GRAVITY, STEP_HZ, bouncing, clock
 
@@ -15,7 +15,7 @@ def steps_of(norm):
     time_s = clock(len(norm) / 50.0)[: len(norm)]
     padded = np.append(norm, norm[-1:])  # the clock ends before the last sample
     values = np.column_stack([np.zeros((len(padded), 2)), padded])
-    return find_steps(Signal(np.append(time_s, time_s[-1:] + 0.02), values), OdometryConfig())
+    return find_steps(Inertial(Signal(np.append(time_s, time_s[-1:] + 0.02), values)), OdometryConfig())
 
 
 def lengths_of(*walks, devices=None, **config):

@@ -44,6 +44,9 @@ class OdometryConfig(_Group):
     """Lowest peak of the filtered norm that counts as a step."""
     step_interval_s: float = Field(0.3, gt=0)
     """Steps are at least so far apart."""
+    tumbling_radps: float = Field(3.0, gt=0)
+    """While the phone turns faster than this over some seconds, it is waved about and nobody walks: no steps. A hand
+    that swings with the walk stays below."""
     step_length: Literal["pendulum", "weinberg", "constant"] = "pendulum"
     """``pendulum``: T · √a_pp per step, scaled so that each phone model's median step is ``typical_step_m``;
     ``weinberg``: k · a_pp^(1/4);  ``constant``: no law. See ``steps``."""
@@ -142,6 +145,8 @@ class PlacementConfig(_Group):
     """A reading last heard longer before its scan is stale; younger ones count when they were heard."""
     spacing_m: float = Field(3.0, gt=0)
     """One smoothed fingerprint per so many metres walked."""
+    standing_mps: float = Field(0.5, ge=0)
+    """A walker who stands counts as walking so fast."""
     rss_threshold_dbm: float = Field(-90.0, ge=-127, lt=0)
     """Weaker smoothed readings are dropped."""
     similarity_threshold: float = Field(0.7, gt=0, le=1)

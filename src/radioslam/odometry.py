@@ -85,7 +85,7 @@ def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
 
 def _tracks(walks: Sequence[Walk], config: OdometryConfig) -> Iterator[Track]:
     reckoned = [walk for walk in walks if walk.odometry is None]
-    steps = [find_steps(_inertial(walk).accelerometer, config) for walk in reckoned]
+    steps = [find_steps(_inertial(walk), config) for walk in reckoned]
     lengths = step_lengths(steps, [walk.device for walk in reckoned], config)
     of_walk = iter(zip(steps, lengths, strict=True))
     for walk in walks:

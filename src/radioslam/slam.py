@@ -78,7 +78,9 @@ def map_walks(
         with clock("turning"):
             merged = turn_walks(merged, similar, fingerprints, uncertainty, config)
     estimate = merged
-    for k, gate_m in enumerate(config.loops.gates_m):
+    # Walks that have been placed lie together already: one narrow look, and no axes that their turns could mistake.
+    gates_m = config.loops.gates_m if placement is None else config.loops.gates_m[-1:]
+    for k, gate_m in enumerate(gates_m):
         with clock("loop candidates"):
             candidates = find_candidates(similar, estimate, fingerprints, gate_m, config.loops)
         with clock("screening"):
@@ -89,7 +91,7 @@ def map_walks(
             graph = build_pose_graph(estimate, loops, uncertainty, config)
             if k > 0:  # the axes show once the loops have laid the walks together
                 graph = replace(graph, legs=straight_legs(estimate, config.directions))
-            solution = optimize(graph, config.optimizer, last=k == len(config.loops.gates_m) - 1)
+            solution = optimize(graph, config.optimizer, last=k == len(gates_m) - 1)
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(

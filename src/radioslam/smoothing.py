@@ -31,11 +31,14 @@ def smooth_fingerprints(tracks: Sequence[Track], config: PlacementConfig, lag_s:
     """
     transmitters = tuple(sorted({name for track in tracks for name in track.walk.wifi.transmitters}))
     column = {name: k for k, name in enumerate(transmitters)}
-    clocks, blocks = [], []
+    clocks, progress, blocks = [], [], []
     for track in tracks:
         time_s = _clock(track, config)
-        time_s = time_s[_one_per_cell(track.distance_at(time_s), config.spacing_m)]
+        progress_m = _progress(track, time_s, config.standing_mps)
+        chosen = _one_per_cell(progress_m, config.spacing_m)
+        time_s = time_s[chosen]
         clocks.append(time_s)
+        progress.append(progress_m[chosen])
         blocks.append(_smoothed(track, time_s + lag_s, column, config))
     counts = [len(clock) for clock in clocks]
     return Fingerprints(
@@ -43,7 +46,7 @@ def smooth_fingerprints(tracks: Sequence[Track], config: PlacementConfig, lag_s:
         scan=np.concatenate([np.arange(count) for count in counts]),
         time_s=np.concatenate(clocks),
         poses=np.concatenate([track.at(clock) for track, clock in zip(tracks, clocks, strict=True)]),
-        distance_m=np.concatenate([track.distance_at(clock) for track, clock in zip(tracks, clocks, strict=True)]),
+        distance_m=np.concatenate(progress),
         rss_dbm=sparse.csr_array(sparse.vstack(blocks)),
         transmitters=transmitters,
     )
@@ -57,8 +60,14 @@ def _clock(track: Track, config: PlacementConfig) -> Array:
     return first + config.period_s * np.arange(int(max(last - first, 0.0) // config.period_s) + 1)
 
 
+def _progress(track: Track, time_s: Array, standing_mps: float) -> Array:
+    """Metres walked until the times (n,), a stand counted as slow walking: what is heard there is evidence too."""
+    walked = np.diff(track.distance_at(time_s), prepend=0.0)
+    return np.cumsum(np.maximum(walked, standing_mps * np.diff(time_s, prepend=time_s[0])))
+
+
 def _one_per_cell(distance_m: Array, spacing_m: float) -> Integers:
-    """Indices of the first of each stretch of ``spacing_m``, so that standing still counts once."""
+    """Indices of the first of each stretch of ``spacing_m``."""
     return np.unique(np.floor(distance_m / spacing_m), return_index=True)[1].astype(np.int64)
 
 

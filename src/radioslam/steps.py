@@ -17,10 +17,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 from scipy.signal import butter, find_peaks, sosfiltfilt
 
 from radioslam.config import OdometryConfig
-from radioslam.walk import Signal
+from radioslam.walk import Inertial, Signal
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -29,6 +30,8 @@ RATE_HZ = 50.0
 """Inertial streams are brought to this common rate."""
 LONGEST_INTERVAL_S = 0.8
 """A longer time between two steps is a pause."""
+TUMBLING_S = 4.0
+"""A phone is tumbled about when it turns fast for so long, which no corner makes it do."""
 
 
 @dataclass(frozen=True)
@@ -59,16 +62,28 @@ def resample(signal: Signal, time_s: Array) -> Array:
     return np.column_stack([np.interp(time_s, signal.time_s, column) for column in signal.values.T])
 
 
-def find_steps(accelerometer: Signal, config: OdometryConfig) -> Steps:
-    """The steps of one walk from its accelerometer, (n, 3) m/s²."""
-    time_s = common_clock(accelerometer)
-    norm = np.linalg.norm(resample(accelerometer, time_s), axis=1)
+def find_steps(inertial: Inertial, config: OdometryConfig) -> Steps:
+    """The steps of one walk from its accelerometer, (n, 3) m/s², while its phone is not tumbled about."""
+    time_s = common_clock(inertial.accelerometer)
+    norm = np.linalg.norm(resample(inertial.accelerometer, time_s), axis=1)
     if len(norm) < 2 * RATE_HZ:
         return Steps(np.zeros(0), np.zeros(0), np.zeros(0))
     smooth = sosfiltfilt(butter(2, config.step_band_hz, "bandpass", fs=RATE_HZ, output="sos"), norm)
     apart = max(1, round(config.step_interval_s * RATE_HZ))
     peaks = find_peaks(smooth, height=config.step_peak_mps2, distance=apart)[0]
+    peaks = peaks[~_tumbling(inertial, time_s, config.tumbling_radps)[peaks]]
     return Steps(time_s[peaks], *_bounce_and_interval(smooth, peaks))
+
+
+def _tumbling(inertial: Inertial, time_s: Array, limit_radps: float) -> NDArray[np.bool_]:
+    """When (n,) the phone turns faster than a walker turns it, by the root mean square over ``TUMBLING_S``.
+
+    Whoever calibrates a compass by waving the phone in eights stands while it counts steps.
+    """
+    if inertial.gyroscope is None:
+        return np.zeros(len(time_s), dtype=np.bool_)
+    rate_squared = np.sum(resample(inertial.gyroscope, time_s) ** 2, axis=1)
+    return uniform_filter1d(rate_squared, round(TUMBLING_S * RATE_HZ), mode="nearest") > limit_radps**2
 
 
 def _bounce_and_interval(smooth: Array, peaks: Integers) -> tuple[Array, Array]:
