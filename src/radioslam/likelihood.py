@@ -8,7 +8,7 @@ to the scan and integrated out in closed form: with S = Σ g / v and R = Σ g (r
 ½ R² / (S + 1/β²) - ½ log(1 + S β²). Scans (s, m) times tables (m, q) give all candidates at once.
 
 Errors of neighbouring access points are not independent; the sum is tempered by τ / √k for k readings, and τ is
-calibrated on walks that the field has not seen (``positioning.calibrate``).
+calibrated on walks that the field has not seen (``calibration.py``).
 """
 
 from __future__ import annotations
