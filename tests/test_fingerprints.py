@@ -197,3 +197,11 @@ def test_beacons_are_columns_of_the_crowd_if_asked_for():
     assert collect_fingerprints(tracks, EVERYTHING).transmitters == ("a",)
     both = EVERYTHING.model_copy(update={"beacons": True})
     assert collect_fingerprints(tracks, both).transmitters == ("a", "ble:b")
+
+
+def test_who_sees_one_scan_alone_does_not_know_what_is_repeated():
+    walk = tracked_walk(EAST, scans=scans_of((0, "ap", -50), (1, "ap", -50), (2, "ap", -60)))
+    tracks = estimate_odometry([walk], OdometryConfig())
+    fresh, told = (collect_fingerprints(tracks, EVERYTHING, repeats) for repeats in (False, True))
+    assert np.diff(fresh.rss_dbm.indptr).tolist() == [1, 0, 1]
+    assert told.rss_dbm.toarray().ravel().tolist() == [-50, -50, -60]

@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from radioslam.calibration import TEMPERATURES
 from radioslam.errors import PositioningError
 from radioslam.map_export import merge
-from radioslam.positioning import TEMPERATURES, Positioner, read_scan
+from radioslam.positioning import Positioner, read_scan
 from tests.radio import hall, scan_of
 
 SAMPLES, _ = hall(np.random.default_rng(0), 400)

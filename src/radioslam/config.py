@@ -257,11 +257,11 @@ class OptimizerConfig(_Group):
 class FieldConfig(_Group):
     """Samples -> strengths anywhere (Gaussian process)."""
 
-    cell_m: float = Field(1.0, gt=0)
+    cell_m: float = Field(0.5, gt=0)
     """Samples of one square of this side are averaged."""
     max_cells: int = Field(1500, ge=10)
     """Squares are widened until there are no more than this."""
-    floor_below_db: float = Field(10.0, ge=0)
+    floor_below_db: float = Field(3.0, ge=0)
     """The mean far from everything lies so far below the weakest reading of the map."""
     sweeps: int = Field(3, ge=0)
     """Sweeps of the expectation of what was not heard; with none it stands at the floor."""

@@ -41,15 +41,16 @@ class Fingerprints:
         return len(self.walk)
 
 
-def collect_fingerprints(tracks: Sequence[Track], config: FingerprintConfig) -> Fingerprints:
+def collect_fingerprints(tracks: Sequence[Track], config: FingerprintConfig, repeats: bool = False) -> Fingerprints:
     """Give each scan the pose at its own time and keep its fresh readings that are strong enough (ϑ_r).
 
+    With ``repeats`` also what the phone had told before, which nobody knows who sees one scan alone.
     With ``config.beacons``, what was heard of Bluetooth beacons around a scan makes further columns.
     """
     scans = [track.walk.wifi if not config.beacons else with_beacons(track.walk, config) for track in tracks]
     transmitters = tuple(sorted({name for radio in scans for name in radio.transmitters}))
     column = {name: k for k, name in enumerate(transmitters)}
-    blocks = [_strengths(radio, column, config) for radio in scans]
+    blocks = [_strengths(radio, column, config, repeats) for radio in scans]
     times = [track.walk.wifi.scan_time_s for track in tracks]
     counts = [len(t) for t in times]
     return Fingerprints(
@@ -92,8 +93,9 @@ def with_beacons(walk: Walk, config: FingerprintConfig) -> RadioScans:
     return replace(both, scan_time_s=wifi.scan_time_s, reading_scan=place[both.reading_scan])
 
 
-def _strengths(scans: RadioScans, column: dict[str, int], config: FingerprintConfig) -> sparse.csr_array:
-    keep = fresh_readings(scans, config.max_age_s) & (scans.rss_dbm >= config.rss_threshold_dbm)
+def _strengths(scans: RadioScans, column: dict[str, int], config: FingerprintConfig, repeats: bool) -> sparse.csr_array:
+    fresh = ~stale_readings(scans, config.max_age_s) if repeats else fresh_readings(scans, config.max_age_s)
+    keep = fresh & (scans.rss_dbm >= config.rss_threshold_dbm)
     columns = np.array([column[name] for name in scans.transmitters], dtype=np.int64)
     entries = (scans.rss_dbm[keep], (scans.reading_scan[keep], columns[scans.reading_transmitter[keep]]))
     return sparse.csr_array(entries, shape=(len(scans), len(column)))
@@ -108,12 +110,17 @@ def fresh_readings(scans: RadioScans, max_age_s: float) -> NDArray[np.bool_]:
     """
     seen = scans.last_seen_s
     known = np.isfinite(seen)
-    age = scans.scan_time_s[scans.reading_scan] - seen
     order = np.lexsort((scans.reading_scan, seen, scans.reading_transmitter))
     same = np.zeros(len(seen), bool)
     same[order[1:]] = (np.diff(scans.reading_transmitter[order]) == 0) & (np.diff(seen[order]) == 0)
-    stale = known & ((age > max_age_s) | same)
-    return ~stale & ~(~known & _repeated_scans(scans)[scans.reading_scan])
+    repeated = np.where(known, same, _repeated_scans(scans)[scans.reading_scan])
+    return ~stale_readings(scans, max_age_s) & ~repeated
+
+
+def stale_readings(scans: RadioScans, max_age_s: float) -> NDArray[np.bool_]:
+    """Mask (n_readings,) of the readings of which the phone itself says that they are older than that."""
+    old: NDArray[np.bool_] = scans.scan_time_s[scans.reading_scan] - scans.last_seen_s > max_age_s
+    return old
 
 
 def _repeated_scans(scans: RadioScans) -> NDArray[np.bool_]:

@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.special import logsumexp
 
+from radioslam.calibration import Calibration, calibrate, learn_models
 from radioslam.config import Config, PositioningConfig, load_config
 from radioslam.errors import PositioningError
-from radioslam.field import Field, build_field
+from radioslam.field import Field
 from radioslam.likelihood import Candidates
 from radioslam.map_health import find_unhealthy, trust
 from radioslam.neighbours import Neighbours
@@ -30,27 +31,6 @@ Integers = NDArray[np.int64]
 Scan = Mapping[str, float]
 
 RSS_RANGE_DBM = (-127.0, 0.0)
-TEMPERATURES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-COVERAGE = 0.95
-NOT_HERE_QUANTILE = 0.01
-"""Share of the map's own held-out scans that may be called foreign."""
-UNUSUAL_QUANTILE = 0.05
-"""Share of them that are less like the map than half of a walk's scans may be."""
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """What walks that were left out taught: temperature τ, metres of radius per metre of σ, σ floor, similarity
-    below which a scan is not here, the similarity that most scans of a walk that is here reach, and the share of
-    held-out scans inside the radius.
-    """
-
-    temperature: float
-    radius_per_sigma: float
-    sigma_floor_m: float
-    least_similarity: float
-    usual_similarity: float
-    coverage: float
 
 
 @dataclass(frozen=True)
@@ -63,10 +43,12 @@ class FloorModel:
     neighbours: Neighbours
     calibration: Calibration
 
-    def radius_m(self, sigma_xy: Array) -> Array:
-        """Radius (s,) of 95 % for standard deviations (s, 2)."""
-        spread = np.sqrt(np.sum(sigma_xy**2, axis=1) + self.calibration.sigma_floor_m**2)
-        return self.calibration.radius_per_sigma * spread
+    def radius_m(self, sigma_xy: Array, closest: Array) -> Array:
+        """Radius (s,) of 95 % for standard deviations (s, 2) of scans so similar (s,) to the likest sample."""
+        known = self.calibration
+        spread = np.sqrt(np.sum(sigma_xy**2, axis=1) + known.sigma_floor_m**2)
+        radius: Array = known.radius_per_sigma[np.digitize(closest, known.similarities)] * spread
+        return radius
 
 
 @dataclass(frozen=True)
@@ -149,7 +131,8 @@ class Positioner:
         for k, floor in enumerate(self.floors):
             rows = np.flatnonzero(chosen == k)
             mean, sigma = floor.candidates.moments(fits[k][rows])
-            radius, closest = floor.radius_m(sigma), similarity[k][rows].max(axis=1, initial=0.0)
+            closest = similarity[k][rows].max(axis=1, initial=0.0)
+            radius = floor.radius_m(sigma, closest)
             for i, row in enumerate(rows):
                 if closest[i] < floor.calibration.least_similarity:
                     answers[row] = Location(None, reason=_foreign(scans_dbm, int(row), unknown[row], closest[i]))
@@ -209,49 +192,9 @@ def _prepare(floor: str, samples: RadioMap, weights: Array, config: Config) -> F
     usable = samples.select(np.diff(samples.rss_dbm.indptr) > 0)
     if len(usable) < 2:
         raise PositioningError(f"floor {floor!r}: expected at least two samples with readings, found {len(usable)}")
-    field, candidates, neighbours = _models(usable, weights, config)
+    field, candidates, neighbours = learn_models(usable, weights, config)
     learned = (field.length_m, field.noise)
     return FloorModel(floor, field, candidates, neighbours, calibrate(usable, weights, config, learned))
-
-
-def _models(
-    samples: RadioMap, weights: Array, config: Config, learned: tuple[float, float] | None = None
-) -> tuple[Field, Candidates, Neighbours]:
-    field = build_field(samples.poses[:, :2], samples.sigma_m, samples.rss_dbm, config.field, learned)
-    candidates = Candidates.of(field, weights, config.positioning.offset_sigma_db)
-    return field, candidates, Neighbours.of(samples.poses[:, :2], samples.rss_dbm)
-
-
-def calibrate(samples: RadioMap, weights: Array, config: Config, learned: tuple[float, float]) -> Calibration:
-    """Leave groups of walks out, locate their scans in the map of the rest, and learn what to promise.
-
-    Errors are distances to the map's own positions, no reference is used; a map of one walk is split in time instead.
-    """
-    folds = config.positioning.folds
-    walk = np.unique(samples.walk, return_inverse=True)[1]
-    fold = walk % folds if walk.max() > 0 else np.arange(len(samples)) * folds // len(samples)
-    errors, sigmas, closest = [], [], []
-    for k in np.unique(fold):
-        rest, held = samples.select(fold != k), samples.select(fold == k)
-        _, candidates, neighbours = _models(rest, weights, config, learned)
-        closest.append(neighbours.similarity(held.rss_dbm, np.zeros(len(held))).max(axis=1))
-        fits = candidates.log_likelihood(held.rss_dbm) / np.sqrt(np.maximum(np.diff(held.rss_dbm.indptr), 1))[:, None]
-        moments = [candidates.moments(temperature * fits) for temperature in TEMPERATURES]
-        errors.append([np.hypot(*(mean - held.poses[:, :2]).T) for mean, _ in moments])
-        sigmas.append([np.hypot(*sigma.T) for _, sigma in moments])
-    error, sigma = np.concatenate(errors, axis=1), np.concatenate(sigmas, axis=1)
-    best = int(error.mean(axis=1).argmin())
-    floor_m = float(np.median(error[best]))
-    ratio = error[best] / np.hypot(sigma[best], floor_m)
-    scale = float(np.quantile(ratio, COVERAGE))
-    return Calibration(
-        temperature=TEMPERATURES[best],
-        radius_per_sigma=scale,
-        sigma_floor_m=floor_m,
-        least_similarity=float(np.quantile(np.concatenate(closest), NOT_HERE_QUANTILE)),
-        usual_similarity=float(np.quantile(np.concatenate(closest), UNUSUAL_QUANTILE)),
-        coverage=float(np.mean(ratio <= scale)),
-    )
 
 
 def read_scan(path: Path) -> dict[str, float]:

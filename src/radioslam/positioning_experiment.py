@@ -2,6 +2,9 @@
 
 Walks are left out in groups (every fourth walk together), so that the map is built four times and not once per walk; a
 place that only the walks of one group saw is then missing from the map, for every method alike.
+
+Methods that see one scan alone get it as the phone told it: that readings repeat those of an earlier scan is known only
+to who has seen that one. The filter, like the map, gets what is new, and nothing where a phone repeats itself.
 """
 
 from __future__ import annotations
@@ -11,12 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from radioslam.accuracy import ErrorStatistics
 from radioslam.config import Config, load_config
 from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
 from radioslam.fingerprints import collect_fingerprints
-from radioslam.odometry import estimate_track
+from radioslam.odometry import Track, estimate_track
 from radioslam.positioning import Positioner
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult
@@ -111,30 +115,36 @@ def locate_walk(
 ) -> Trial:
     """Every scan of a walk with known truth by some of the ``METHODS``."""
     track = estimate_track(walk, config.odometry)
-    fingerprints = collect_fingerprints([track], config.fingerprints)
-    scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
-    unknown = np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
+    fresh, _ = _scans(positioner, track, config, repeats=False)
+    told, unknown = _scans(positioner, track, config, repeats=True)
     floor = positioner.floors[0]
 
     def nearest() -> Array:
-        return floor.neighbours.locate(floor.neighbours.similarity(scans, unknown), config.positioning.neighbours)
+        return floor.neighbours.locate(floor.neighbours.similarity(told, unknown), config.positioning.neighbours)
 
     def located() -> Array:
-        return floor.candidates.moments(floor.candidates.tempered(scans, floor.calibration.temperature))[0]
+        return floor.candidates.moments(floor.candidates.tempered(told, floor.calibration.temperature))[0]
 
     def tracked() -> Array:
-        return track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed)).poses[:, :2]
+        return track_walk(floor, track, fresh, config.positioning, np.random.default_rng(seed)).poses[:, :2]
 
     assert walk.reference is not None
-    truth = walk.reference.at(fingerprints.time_s, 60.0)
+    truth = walk.reference.at(walk.wifi.scan_time_s, 60.0)
     known = np.isfinite(truth[:, 0])
     ways = {"knn": nearest, "locate": located, "track": tracked}
     errors = {method: np.hypot(*(ways[method]() - truth).T)[known] for method in methods}
-    answers = positioner.locate_rows(scans, unknown)
+    answers = positioner.locate_rows(told, unknown)
     radius = np.array([answer.radius_m for answer in answers])[known]
     here = np.array([answer.here for answer in answers], dtype=bool)[known]
     inside = errors["locate"] <= radius if "locate" in errors else np.zeros(0, bool)
     return Trial(errors, inside, here)
+
+
+def _scans(positioner: Positioner, track: Track, config: Config, repeats: bool) -> tuple[sparse.csr_array, Array]:
+    """A walk's scans by the map's access points, and how many unknown ones each heard."""
+    fingerprints = collect_fingerprints([track], config.fingerprints, repeats)
+    scans = aligned_columns(fingerprints.rss_dbm, fingerprints.transmitters, positioner.transmitters)
+    return scans, np.diff(fingerprints.rss_dbm.indptr) - np.diff(scans.indptr)
 
 
 def _figures(trials: dict[str, list[Trial]], methods: Sequence[str]) -> dict[str, dict[str, float]]:
