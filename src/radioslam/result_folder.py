@@ -57,7 +57,7 @@ def read_result(folder: Path) -> SlamResult:
         raise ResultError(f"{folder}: expected a result folder, found: {error}") from None
 
 
-OWN_MARKS = ("summary.json", ".radioslam-walks")
+OWN_MARKS = ("summary.json", ".radioslam-walks", "growing.json")
 """Files that only folders written by this package hold."""
 
 

@@ -22,7 +22,7 @@ from radioslam.factors import Layout, first_guess, graph_blocks
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
 from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
-from radioslam.odometry import estimate_odometry
+from radioslam.odometry import Track, estimate_odometry
 from radioslam.optimizer import Solution, minimize
 from radioslam.placement import place_walks
 from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
@@ -57,10 +57,15 @@ def map_walks(
             f"expected known or common starts where headings are unknown, found {config.merging.starts}; "
             "each walk is turned about its start"
         )
-    walks = _in_order(walks)
-    clock = _Stopwatch(progress)
+    clock = Stopwatch(progress)
     with clock("odometry"):
-        tracks = estimate_odometry(walks, config.odometry)
+        tracks = estimate_odometry(_in_order(walks), config.odometry)
+    return map_tracks(tracks, config, clock)
+
+
+def map_tracks(tracks: Sequence[Track], config: Config, clock: Stopwatch | None = None) -> SlamResult:
+    """The same for walks whose odometry is known, in the order of their names; errors as in ``map_walks``."""
+    clock = clock or Stopwatch()
     with clock("fingerprints"):
         fingerprints = collect_fingerprints(tracks, config.fingerprints)
         strengths = represent(fingerprints.rss_dbm, config.fingerprints)
@@ -101,7 +106,7 @@ def map_walks(
         loops=loops,
         uncertainty=uncertainty,
         graph=solved_graph(graph, estimate, solution),
-        solver=_status(graph, solution),
+        solver=solver_status(graph, solution),
         devices=tuple(track.walk.device for track in tracks),
         seconds=clock.seconds,
         placed_sigma_m=() if placement is None else tuple(placement.sigma_m.tolist()),
@@ -118,7 +123,7 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     velocity = merged.velocities()
     return PoseGraph(
         poses=merged.poses,
-        odometry=_odometry_edges(merged),
+        odometry=odometry_edges(merged),
         loops=Edges(
             node[kept.i],
             node[kept.j],
@@ -141,7 +146,8 @@ def optimize(graph: PoseGraph, config: OptimizerConfig, last: bool = True) -> So
     )
 
 
-def _odometry_edges(merged: MergedTracks) -> Edges:
+def odometry_edges(merged: MergedTracks) -> Edges:
+    """The motion between consecutive nodes of every walk, as odometry has it."""
     i = np.flatnonzero(np.diff(merged.walk) == 0)
     parts = []
     for k, track in enumerate(merged.tracks):
@@ -165,7 +171,8 @@ def solved_graph(graph: PoseGraph, estimate: MergedTracks, solution: Solution) -
     return replace(graph, poses=estimate.poses, odometry=odometry, loops=loops)
 
 
-def _status(graph: PoseGraph, solution: Solution) -> SolverStatus:
+def solver_status(graph: PoseGraph, solution: Solution) -> SolverStatus:
+    """How the optimization went, with the unknowns that the whole graph shares."""
     layout = Layout.of(graph)
     lag_s, axis_rad = (None if k is None else float(solution.x[k]) for k in (layout.lag, layout.axis))
     return SolverStatus(
@@ -237,14 +244,15 @@ def _wrapped(poses: Array) -> Array:
     return np.column_stack([poses[:, :2], planar.wrap(poses[:, 2])])
 
 
-class _Stopwatch:
+class Stopwatch:
     """Seconds per step, told as they begin."""
 
-    def __init__(self, progress: Callable[[str], None] | None) -> None:
+    def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self.progress, self.seconds = progress, dict[str, float]()
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
+        """Time a step."""
         if self.progress:
             self.progress(step)
         started = time.perf_counter()
