@@ -255,6 +255,8 @@ class GrowingConfig(_Group):
     """Side of the cells that the map is condensed to."""
     per_cell: int = Field(6, ge=1)
     """Scans that stand for all that were made in a cell."""
+    partners: int = Field(12, ge=0)
+    """Walks of the map, those with most loops to a new one, that are optimized together with it."""
     rebuild_growth: float = Field(0.25, gt=0)
     """A full optimization pays once the map has grown by this part of what the last one saw."""
 

@@ -13,7 +13,7 @@ from radioslam.config import Config
 from radioslam.fingerprints import Fingerprints, represent
 from radioslam.loops import Loops
 from radioslam.mapped_walk import MappedWalk, Ties, joined
-from radioslam.merging import MergedTracks, merge_tracks
+from radioslam.merging import MergedTracks, merge_tracks, standing_at
 from radioslam.pose_graph import PoseGraph
 from radioslam.radio_map import RadioMap
 from radioslam.results import FOUND_STARTS, SlamResult, SolverStatus
@@ -85,24 +85,12 @@ def _graph(
     walks: Sequence[MappedWalk], merged: MergedTracks, loops: Loops, knowledge: Knowledge, config: Config
 ) -> PoseGraph:
     """The graph of all walks at the poses they have; loops are parted by the radio's lag as the map knows it."""
-    standing = replace(merged, poses=_all_nodes(walks, merged))
+    standing = standing_at(merged, np.concatenate([one.poses for one in walks]))
     graph = build_pose_graph(standing, loops, knowledge.uncertainty, config)
     if graph.loop_velocity is None or knowledge.radio_lag_s is None:
         return graph
     parted = planar.rotate(-graph.poses[graph.loops.i, 2], knowledge.radio_lag_s * graph.loop_velocity)
     return replace(graph, loops=replace(graph.loops, measurement=np.column_stack([parted, np.zeros(len(parted))])))
-
-
-def _all_nodes(walks: Sequence[MappedWalk], merged: MergedTracks) -> Array:
-    """Poses (n, 3) of all nodes; a start between scans stands as its odometry says from the scan before or after."""
-    poses = np.empty_like(merged.poses)
-    poses[merged.node_of_fingerprint] = np.concatenate([one.poses for one in walks])
-    for node in np.flatnonzero(merged.fingerprint < 0).tolist():
-        near = node + 1 if node + 1 < len(poses) and merged.walk[node + 1] == merged.walk[node] else node - 1
-        track = merged.tracks[merged.walk[node]]
-        a, b = track.at(merged.time_s[[near, node]])
-        poses[node] = planar.compose(poses[near], planar.between(a, b))
-    return poses
 
 
 def _wrapped(poses: Array) -> Array:

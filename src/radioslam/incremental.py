@@ -1,8 +1,9 @@
 """The same map, one walk at a time.
 
-A new walk is tied to the places around it, to which the map is condensed (``places``), and optimized alone
-(``settling``); what stands is not moved. So it costs the same however many walks came before, and those do not gain by
-it until a full optimization, which pays (``worth_rebuilding``) once the map has grown by a part of itself.
+A new walk is tied to the places around it, to which the map is condensed (``places``), and optimized alone, then
+together with the few walks it has most loops to (``settling``); what stands else is not moved. So it costs the same
+however many walks came before, and most of those do not gain by it until a full optimization, which pays
+(``worth_rebuilding``) once the map has grown by a part of itself.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from radioslam.errors import MappingError
 from radioslam.fingerprints import collect_fingerprints, represent
 from radioslam.grown_result import as_result
 from radioslam.loops import KEPT
-from radioslam.mapped_walk import MappedWalk, Ties, in_columns, lean, split
-from radioslam.merging import MergedTracks, merge_tracks
+from radioslam.mapped_walk import MappedWalk, Ties, in_columns, joined, lean, split
+from radioslam.merging import MergedTracks, merge_tracks, standing_at
 from radioslam.odometry import Track, estimate_odometry, estimate_track, pooled
 from radioslam.places import Samples, condense
 from radioslam.results import SlamResult, SolverStatus
@@ -127,7 +128,7 @@ class GrowingMap:
         return self._told(walk.name)
 
     def remove(self, name: str) -> None:
-        """Take a walk out; those that loops tied to it are laid into the map anew, without it.
+        """Take a walk out; those that loops tied to it are optimized without it.
 
         Raises:
             MappingError: no walk of that name.
@@ -135,13 +136,15 @@ class GrowingMap:
         if name not in self.mapped:
             raise MappingError(f"expected a walk of the map, found {name!r}, which is not in it")
         gone = self.mapped.pop(name)
-        partners = set[int]().union(*(ties.partners(gone.number, KEPT) for ties in self.ties))
-        self.ties = [ties.without(gone.number) for ties in self.ties]
+        partners = Ties.concatenate(self.ties).partners(gone.number, KEPT)
+        self.ties = [ties.without(np.array([gone.number])) for ties in self.ties]
         if not self.mapped:
             self.knowledge = self.status = None
         self.condense_places()
-        for one in [one for one in self.mapped.values() if one.number in partners and one.tied]:
-            self._lay_again(one)
+        left = [one.name for one in self.mapped.values() if one.number in partners and one.tied]
+        most = self.config.growing.partners + 1
+        for k in range(0, len(left), most):
+            self._polish(left[k : k + most])
 
     def rebuild(self) -> None:
         """Optimize all walks together as a batch run does, in the frame of the map.
@@ -239,36 +242,51 @@ class GrowingMap:
             raise
 
     def _lay(self, walk: MappedWalk, found: FoundPlace) -> None:
-        """Tie a walk to the places around where it was found and keep it."""
+        """Tie a walk to the places around where it was found, then together with the walks it has most loops to."""
         self.mapped[walk.name] = replace(walk, reason=found.reason)
         if found.position_xy is None:
             return
         fix = Reference(np.array([found.time_s]), found.position_xy[None], sigma_m=found.sigma_m)
         walk = replace(walk, fix=fix, reason="")
-        settled = settle(
-            self._merged(walk, fix, found.turn_rad), self._samples(walk), self._places, self._known, self.config
-        )
-        self.ties.append(_ties_of(settled, walk.number))
-        walk = replace(walk, poses=settled.poses, sigma_m=settled.sigma_m)
-        self.mapped[walk.name] = walk
-        self._places = condense(Samples.concatenate([self._places, self._samples(walk)]), self.config.growing)
+        merged = _turned(self._merged([walk]), fix, found.turn_rad)
+        settled = settle(merged, self._samples(walk), self._places, self._known, self.config)
+        self._keep([replace(walk, poses=settled.poses, sigma_m=settled.sigma_m)], settled)
+        partners = self.ties[-1].partners(walk.number, KEPT, self.config.growing.partners)
+        self._polish([walk.name, *(one.name for one in self.mapped.values() if one.number in partners)])
 
-    def _lay_again(self, walk: MappedWalk) -> None:
-        """Lay a walk of the map against all others anew."""
-        if walk.fix is not None:
-            self.ties = [ties.without(walk.number) for ties in self.ties]
-            self._places = self._places.select(self._places.walk != walk.number)
-            sigma_m = self.config.merging.start_sigma_m if walk.fix.sigma_m is None else walk.fix.sigma_m
-            self._lay(walk, FoundPlace(float(walk.fix.time_s[0]), walk.fix.positions_xy[0], sigma_m))
+    def _polish(self, names: Sequence[str]) -> None:
+        """Optimize some walks of the map together against all others."""
+        walks = [self.mapped[name] for name in sorted(names)]
+        merged = standing_at(self._merged(walks), np.concatenate([walk.poses for walk in walks]))
+        own = Samples.concatenate([self._samples(walk) for walk in walks])
+        others = self._places.select(~np.isin(self._places.walk, own.walk))
+        settled = settle(merged, own, others, self._known, self.config, polish=True)
+        first = np.cumsum([len(walk.poses) for walk in walks])[:-1]
+        parts = zip(walks, np.split(settled.poses, first), np.split(settled.sigma_m, first), strict=True)
+        # More walks tell more: what stood surely enough against the whole crowd is no less sure for being seen in part.
+        self._keep([replace(w, poses=poses, sigma_m=np.fmin(w.sigma_m, sigma)) for w, poses, sigma in parts], settled)
 
-    def _merged(self, walk: MappedWalk, fix: Reference, turn_rad: float) -> MergedTracks:
-        """The walk as a crowd of one, held at its fix and turned about it to begin with."""
+    def _keep(self, walks: Sequence[MappedWalk], settled: Settled) -> None:
+        """Replace walks, their places and the loops between them and the rest."""
+        numbers = np.array([walk.number for walk in walks])
+        self.mapped |= {walk.name: walk for walk in walks}
+        scans = np.concatenate([np.arange(len(walk.poses)) for walk in walks])
+        own = np.repeat(numbers, [len(walk.poses) for walk in walks])
+        ends, pairs = settled.places, settled.loops.pairs
+        walk, scan = np.concatenate([ends.walk, own]), np.concatenate([ends.scan, scans])
+        found = Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)
+        self.ties = [*(ties.without(numbers) for ties in self.ties), found]
+        others = self._places.select(~np.isin(self._places.walk, numbers))
+        samples = [self._samples(walk) for walk in walks]
+        self._places = condense(Samples.concatenate([others, *samples]), self.config.growing)
+
+    def _merged(self, walks: Sequence[MappedWalk]) -> MergedTracks:
+        """Walks as a crowd of their own, each held at its fix."""
         held = self.config.merging.model_copy(update={"starts": "known"})
-        strengths = represent(walk.fingerprints.rss_dbm, self.config.fingerprints)
-        merged = merge_tracks([walk.held()], walk.fingerprints, strengths, self._known.uncertainty, held)
-        pivot = fix.positions_xy[0]
-        turned = planar.rotate(turn_rad, merged.poses[:, :2] - pivot) + pivot
-        return replace(merged, poses=np.column_stack([turned, merged.poses[:, 2] + turn_rad]))
+        fingerprints = joined([walk.fingerprints for walk in walks])
+        strengths = represent(fingerprints.rss_dbm, self.config.fingerprints)
+        tracks = [walk.held() for walk in walks]
+        return merge_tracks(tracks, fingerprints, strengths, self._known.uncertainty, held)
 
     def _told(self, name: str) -> AddedWalk:
         walk = self.mapped[name]
@@ -345,9 +363,8 @@ class GrowingMap:
         return Reference(walk.fingerprints.time_s[k : k + 1], walk.poses[k : k + 1, :2], sigma_m=sigma_m)
 
 
-def _ties_of(settled: Settled, number: int) -> Ties:
-    """The loops of a settled walk by the numbers of walks and scans."""
-    pairs, places = settled.loops.pairs, settled.places
-    walk = np.concatenate([places.walk, np.full(len(settled.poses), number)])
-    scan = np.concatenate([places.scan, np.arange(len(settled.poses))])
-    return Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)
+def _turned(merged: MergedTracks, fix: Reference, turn_rad: float) -> MergedTracks:
+    """The walk turned about its fix to begin with."""
+    pivot = fix.positions_xy[0]
+    positions = planar.rotate(turn_rad, merged.poses[:, :2] - pivot) + pivot
+    return replace(merged, poses=np.column_stack([positions, merged.poses[:, 2] + turn_rad]))

@@ -121,13 +121,15 @@ class Ties:
         names = Ties.__dataclass_fields__
         return Ties(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
-    def partners(self, number: int, kept: str) -> set[int]:
-        """Numbers of the walks that loops, of the verdict ``kept``, tie to a walk."""
+    def partners(self, number: int, kept: str, most: int | None = None) -> Integers:
+        """Numbers of the walks that loops, of the verdict ``kept``, tie to a walk; the ``most`` with most of them."""
         loops = self.reason == kept
         pairs = ((self.walk_i, self.walk_j), (self.walk_j, self.walk_i))
-        return {int(k) for one, other in pairs for k in other[loops & (one == number)]} - {number}
+        others = np.concatenate([other[loops & (one == number)] for one, other in pairs])
+        numbers, counts = np.unique(others[others != number], return_counts=True)
+        return numbers[np.lexsort((numbers, -counts))][:most]
 
-    def without(self, number: int) -> Ties:
-        """The ties that do not touch a walk."""
-        left = (self.walk_i != number) & (self.walk_j != number)
+    def without(self, numbers: Integers) -> Ties:
+        """The ties that touch none of these walks."""
+        left = ~(np.isin(self.walk_i, numbers) | np.isin(self.walk_j, numbers))
         return Ties(*(getattr(self, name)[left] for name in Ties.__dataclass_fields__))

@@ -34,8 +34,12 @@ LEAST_SHARE = 0.5
 """Of scans that must agree."""
 AMBIGUOUS = 0.8
 """A second place, beyond ``AGREE_M``, must have fewer votes than this part of the first's."""
-CORRELATED_SCANS = 3.0
+CORRELATED_SCANS = 10.0
 """So many scans of a walk err together."""
+FEWEST_SCANS = 3
+"""That must agree."""
+MAX_SIGMA_M = 8.0
+"""Where the scans do not tell the place better, they do not tell it."""
 
 
 @dataclass(frozen=True)
@@ -66,11 +70,12 @@ def seek(own: Samples, time_s: Array, places: Samples, config: Config) -> FoundP
     turn_rad, (offset, votes, second) = TURNS[best] * sigma_rad, polls[best]
     off = place_xy - rotate(np.full(len(path_xy), turn_rad), path_xy) - offset
     agreeing = np.unique(pairs.j[np.hypot(*off.T) <= AGREE_M])
-    if len(agreeing) < max(LEAST_SHARE * heard, config.screening.min_loops_per_walk):
+    if len(agreeing) < max(LEAST_SHARE * heard, FEWEST_SCANS):
         return FoundPlace(reason=f"{len(agreeing)} of {heard} scans agree on one place")
     if second > AMBIGUOUS * votes:
         return FoundPlace(reason=f"two places are alike: {votes:.0f} and {second:.0f} of {heard} votes")
-    return _refined(off, pairs, offset, turn_rad, own, time_s, agreeing)
+    common_m = float(np.sqrt(np.mean(places.sigma_m[pairs.i] ** 2)))
+    return _refined(off, pairs, offset, turn_rad, own, time_s, agreeing, common_m)
 
 
 def _best_matches(pairs: Pairs) -> Pairs:
@@ -95,7 +100,14 @@ def _poll(offsets: Array, weight: Array) -> tuple[Array, float, float]:
 
 
 def _refined(
-    off: Array, pairs: Pairs, offset: Array, turn_rad: float, own: Samples, time_s: Array, agreeing: Integers
+    off: Array,
+    pairs: Pairs,
+    offset: Array,
+    turn_rad: float,
+    own: Samples,
+    time_s: Array,
+    agreeing: Integers,
+    common_m: float,
 ) -> FoundPlace:
     """The weighted middle of the votes near the winner, told at the scan nearest to the middle of those that agree."""
     shift = np.zeros(2)
@@ -108,6 +120,7 @@ def _refined(
     k = int(np.hypot(*(own.poses[agreeing, :2] - middle).T).argmin())
     at = agreeing[k]
     position = rotate(turn_rad, own.poses[at, :2]) + offset + shift
-    common = float(np.sqrt(np.mean(own.sigma_m**2))) if len(own.sigma_m) else 0.0
-    sigma_m = float(np.hypot(spread / np.sqrt(max(len(agreeing) / CORRELATED_SCANS, 1)), common))
+    sigma_m = float(np.hypot(spread / np.sqrt(max(len(agreeing) / CORRELATED_SCANS, 1)), common_m))
+    if sigma_m > MAX_SIGMA_M:
+        return FoundPlace(reason=f"its scans tell its place to {sigma_m:.0f} m, {MAX_SIGMA_M:.0f} m are needed")
     return FoundPlace(float(time_s[at]), position, sigma_m, turn_rad)

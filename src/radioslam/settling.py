@@ -1,4 +1,4 @@
-"""One walk laid into a map that stands: the graph of the walk alone, tied to places of the map.
+"""Walks laid into a map that stands: the graph of these walks alone, tied to places of the map.
 
     F(x) = ½ Σ_odometry + ½ Σ_legs ρ + ½ Σ_loops ρ(‖e‖² / var(s)) + ½ Σ_places (p - p_map)² / σ_map² + priors
 
@@ -47,9 +47,9 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Settled:
-    """A walk in the map: ``poses`` (n, 3) and ``sigma_m`` (n,) of its scans, and its loops.
+    """Walks in the map: ``poses`` (n, 3) and ``sigma_m`` (n,) of their scans, and their loops.
 
-    ``loops`` number the ``places`` first, then the walk's scans.
+    ``loops`` number the ``places`` first, then the scans.
     """
 
     poses: Array
@@ -58,23 +58,23 @@ class Settled:
     loops: Loops
 
 
-def settle(merged: MergedTracks, own: Samples, places: Samples, knowledge: Knowledge, config: Config) -> Settled:
-    """Optimize one walk, ``merged`` as if it were alone, against ``places``; rounds and rules are those of the batch.
+def settle(
+    merged: MergedTracks, own: Samples, places: Samples, knowledge: Knowledge, config: Config, polish: bool = False
+) -> Settled:
+    """Optimize some walks, ``merged`` as if there were no others, against ``places`` of the others.
 
-    ``own`` are the walk's scans; where they stand does not matter.
+    Rounds and rules are those of the batch; to ``polish`` is its last round alone. ``own`` are the walks' n scans.
     """
-    reach = config.loops.gates_m[0] + config.growing.cell_m
-    places = places.select(_near(places, merged.poses, reach))
-    similar = _similar(places, own, config.loops.similarity_threshold)
-    places, similar = _only_used(places, similar)
+    places = places.select(_near(places, merged.poses, config.loops.gates_m[0]))
+    places, similar = _only_used(places, _similar(places, own, config.loops.similarity_threshold))
     joint = _joined(places, own)
+    rounds = list(enumerate(config.loops.gates_m))
     estimate, loops, sigma_m = merged, Loops(similar, np.full(len(similar), KEPT, "<U32")), np.zeros(0)
-    for k, gate_m in enumerate(config.loops.gates_m):
-        last = k == len(config.loops.gates_m) - 1
+    for k, gate_m in rounds[-1:] if polish else rounds:
         positions = np.concatenate([places.poses[:, :2], estimate.poses[estimate.node_of_fingerprint, :2]])
         loops = _screened(similar, joint, positions, gate_m, len(places), config)
         graph = _graph(estimate, places, loops.kept, knowledge, config, legs=k > 0)
-        x, sigma_m = _solve(graph, knowledge, config, last)
+        x, sigma_m = _solve(graph, knowledge, config, last=k == len(rounds) - 1)
         estimate = merged.at(x)
     nodes = merged.node_of_fingerprint
     return Settled(estimate.poses[nodes], _with_common_error(sigma_m[nodes], places, loops.kept), places, loops)
@@ -86,7 +86,7 @@ def _near(places: Samples, poses: Array, reach_m: float) -> NDArray[np.bool_]:
 
 
 def _similar(places: Samples, own: Samples, threshold: float) -> Pairs:
-    """Pairs of places and scans, and of the walk's scans among themselves, numbered places first."""
+    """Pairs of places and scans, and of the scans among themselves, numbered places first."""
     outer, inner = similar_to(places, own.strengths, threshold), similar_pairs(own.strengths, threshold)
     n = len(places)
     return Pairs(
@@ -115,19 +115,24 @@ def _joined(places: Samples, own: Samples) -> Fingerprints:
 def _screened(
     similar: Pairs, joint: Fingerprints, positions_xy: Array, gate_m: float, places: int, config: Config
 ) -> Loops:
-    """Loops by the rule of the batch; a walk with too few of them to the map has none."""
+    """Loops by the rule of the batch; a walk that has too few of them has none."""
     away = np.hypot(*(positions_xy[similar.j] - positions_xy[similar.i]).T)
     rule = config.screening.model_copy(update={"min_loops_per_walk": 1})
     loops = screen_candidates(similar.select(away <= gate_m), joint, positions_xy, rule)
-    if len(loops.kept) < config.screening.min_loops_per_walk:
-        return Loops(loops.pairs, np.where(loops.reason == KEPT, ALONE, loops.reason))
-    return loops
+    kept, reason = loops.reason == KEPT, loops.reason.copy()
+    ends = np.column_stack([loops.pairs.i, loops.pairs.j])
+    walk = np.where(ends >= places, joint.walk[ends], -1)
+    names, number = np.unique(walk, return_inverse=True)
+    count = np.bincount(number.reshape(walk.shape)[kept].ravel(), minlength=len(names))
+    few = (count < config.screening.min_loops_per_walk)[number.reshape(walk.shape)] & (walk >= 0)
+    reason[kept & few.any(axis=1)] = ALONE
+    return Loops(loops.pairs, reason)
 
 
 def _graph(
     merged: MergedTracks, places: Samples, kept: Pairs, knowledge: Knowledge, config: Config, legs: bool
 ) -> PoseGraph:
-    """The walk's own graph, its nodes first, then the places that it is tied to."""
+    """The graph of the walks, their nodes first, then the places that they are tied to."""
     tied = np.unique(kept.i[kept.i < len(places)])
     n, own = len(merged.poses), merged.node_of_fingerprint
     node = np.concatenate([np.zeros(len(places), np.int64), own])
@@ -136,13 +141,14 @@ def _graph(
     velocity = np.concatenate([merged.velocities(), places.velocity[tied]])
     sigma, turn = knowledge.uncertainty.sigma(kept.similarity), np.full(len(kept), config.loops.heading_variance**0.5)
     held = diagonal_information(places.sigma_m[tied], places.sigma_m[tied], np.full(len(tied), HEADING_SIGMA_RAD))
+    scales = np.array([track.log_scale_sigma for track in merged.tracks])
     return PoseGraph(
         poses=np.concatenate([merged.poses, places.poses[tied]]),
         odometry=odometry_edges(merged),
         loops=Edges(i, j, np.zeros((len(kept), 3)), diagonal_information(sigma, sigma, turn)),
         priors=Priors.concatenate([merged.priors, Priors(n + np.arange(len(tied)), places.poses[tied], held)]),
-        walk=np.zeros(n + len(tied), np.int64),
-        log_scale_sigma=np.array([merged.tracks[0].log_scale_sigma]) if config.merging.walk_scales else None,
+        walk=np.concatenate([merged.walk, np.zeros(len(tied), np.int64)]),
+        log_scale_sigma=scales if config.merging.walk_scales else None,
         loop_velocity=velocity[j] - velocity[i] if knowledge.radio_lag_s is not None else None,
         lag_sigma_s=config.loops.lag_sigma_s,
         legs=_legs(merged, knowledge.axis_rad, config) if legs else None,
