@@ -20,15 +20,14 @@ from radioslam.config import Config
 from radioslam.errors import MappingError
 from radioslam.fingerprints import collect_fingerprints, represent
 from radioslam.grown_result import as_result
-from radioslam.loops import KEPT
 from radioslam.mapped_walk import MappedWalk, Ties, in_columns, joined, lean, split
 from radioslam.merging import MergedTracks, merge_tracks, standing_at
 from radioslam.odometry import Track, estimate_odometry, estimate_track, pooled
 from radioslam.places import Samples, condense
 from radioslam.results import SlamResult, SolverStatus
 from radioslam.seeking import FoundPlace, seek
-from radioslam.settling import Knowledge, Settled, settle
-from radioslam.similarity import pair_similarity, unit_rows
+from radioslam.settling import Knowledge, Settled, polish, settle
+from radioslam.similarity import Pairs, pair_similarity, unit_rows
 from radioslam.slam import map_tracks
 from radioslam.walk import Reference, Walk
 
@@ -136,15 +135,14 @@ class GrowingMap:
         if name not in self.mapped:
             raise MappingError(f"expected a walk of the map, found {name!r}, which is not in it")
         gone = self.mapped.pop(name)
-        partners = Ties.concatenate(self.ties).partners(gone.number, KEPT)
-        self.ties = [ties.without(np.array([gone.number])) for ties in self.ties]
+        partners = self._loops().partners(gone.number).tolist()
+        self.ties = [ties.select(~ties.touching(np.array([gone.number]))) for ties in self.ties]
         if not self.mapped:
             self.knowledge = self.status = None
         self.condense_places()
-        left = [one.name for one in self.mapped.values() if one.number in partners and one.tied]
         most = self.config.growing.partners + 1
-        for k in range(0, len(left), most):
-            self._polish(left[k : k + most])
+        for k in range(0, len(partners), most):
+            self._polish(partners[k : k + most])
 
     def rebuild(self) -> None:
         """Optimize all walks together as a batch run does, in the frame of the map.
@@ -242,7 +240,7 @@ class GrowingMap:
             raise
 
     def _lay(self, walk: MappedWalk, found: FoundPlace) -> None:
-        """Tie a walk to the places around where it was found, then together with the walks it has most loops to."""
+        """Tie a walk to the places around where it was found, then optimize it with the walks it has most loops to."""
         self.mapped[walk.name] = replace(walk, reason=found.reason)
         if found.position_xy is None:
             return
@@ -250,33 +248,47 @@ class GrowingMap:
         walk = replace(walk, fix=fix, reason="")
         merged = _turned(self._merged([walk]), fix, found.turn_rad)
         settled = settle(merged, self._samples(walk), self._places, self._known, self.config)
-        self._keep([replace(walk, poses=settled.poses, sigma_m=settled.sigma_m)], settled)
-        partners = self.ties[-1].partners(walk.number, KEPT, self.config.growing.partners)
-        self._polish([walk.name, *(one.name for one in self.mapped.values() if one.number in partners)])
+        self.ties.append(_ties_of(settled, walk.number))
+        self._keep([replace(walk, poses=settled.poses, sigma_m=settled.sigma_m)])
+        partners = self.ties[-1].kept.partners(walk.number)[: self.config.growing.partners]
+        self._polish([walk.number, *partners.tolist()])
 
-    def _polish(self, names: Sequence[str]) -> None:
-        """Optimize some walks of the map together against all others."""
-        walks = [self.mapped[name] for name in sorted(names)]
+    def _polish(self, numbers: Sequence[int]) -> None:
+        """Optimize some walks of the map together by the loops they have; all others stay."""
+        walks = [walk for walk in self.mapped.values() if walk.tied and walk.number in numbers]
+        if not walks:
+            return
+        loops = self._loops()
+        others, kept = self._outside(loops.select(loops.touching(np.array(numbers))), walks)
         merged = standing_at(self._merged(walks), np.concatenate([walk.poses for walk in walks]))
-        own = Samples.concatenate([self._samples(walk) for walk in walks])
-        others = self._places.select(~np.isin(self._places.walk, own.walk))
-        settled = settle(merged, own, others, self._known, self.config, polish=True)
-        first = np.cumsum([len(walk.poses) for walk in walks])[:-1]
-        parts = zip(walks, np.split(settled.poses, first), np.split(settled.sigma_m, first), strict=True)
-        # More walks tell more: what stood surely enough against the whole crowd is no less sure for being seen in part.
-        self._keep([replace(w, poses=poses, sigma_m=np.fmin(w.sigma_m, sigma)) for w, poses, sigma in parts], settled)
+        poses = polish(merged, kept, others, self._known, self.config)
+        parts = np.split(poses, np.cumsum([len(walk.poses) for walk in walks])[:-1])
+        self._keep([replace(walk, poses=part) for walk, part in zip(walks, parts, strict=True)])
 
-    def _keep(self, walks: Sequence[MappedWalk], settled: Settled) -> None:
-        """Replace walks, their places and the loops between them and the rest."""
-        numbers = np.array([walk.number for walk in walks])
+    def _outside(self, loops: Ties, walks: Sequence[MappedWalk]) -> tuple[Samples, Pairs]:
+        """The scans at the other ends of loops, and the loops as pairs that number them first, then those of walks."""
+        by_number = {walk.number: walk for walk in self.mapped.values()}
+        number, scan = (np.concatenate(c) for c in ((loops.walk_i, loops.walk_j), (loops.scan_i, loops.scan_j)))
+        own = np.array([walk.number for walk in walks])
+        first = np.cumsum([0, *(len(walk.poses) for walk in walks)])[:-1]
+        inside = np.isin(number, own)
+        ends, row = np.unique(np.column_stack([number, scan])[~inside], axis=0, return_inverse=True)
+        parts = [self._samples(by_number[int(k)]).select(ends[ends[:, 0] == k, 1]) for k in np.unique(ends[:, 0])]
+        node = np.empty(len(number), np.int64)
+        node[~inside] = row.ravel()
+        order = np.argsort(own)
+        place = order[np.searchsorted(own[order], number[inside])]
+        node[inside] = len(ends) + first[place] + scan[inside]
+        i, j = node.reshape(2, -1)
+        return Samples.concatenate(parts), Pairs(np.minimum(i, j), np.maximum(i, j), loops.similarity)
+
+    def _loops(self) -> Ties:
+        return Ties.concatenate(ties.kept for ties in self.ties)
+
+    def _keep(self, walks: Sequence[MappedWalk]) -> None:
+        """Replace walks and their places."""
         self.mapped |= {walk.name: walk for walk in walks}
-        scans = np.concatenate([np.arange(len(walk.poses)) for walk in walks])
-        own = np.repeat(numbers, [len(walk.poses) for walk in walks])
-        ends, pairs = settled.places, settled.loops.pairs
-        walk, scan = np.concatenate([ends.walk, own]), np.concatenate([ends.scan, scans])
-        found = Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)
-        self.ties = [*(ties.without(numbers) for ties in self.ties), found]
-        others = self._places.select(~np.isin(self._places.walk, numbers))
+        others = self._places.select(~np.isin(self._places.walk, [walk.number for walk in walks]))
         samples = [self._samples(walk) for walk in walks]
         self._places = condense(Samples.concatenate([others, *samples]), self.config.growing)
 
@@ -290,7 +302,7 @@ class GrowingMap:
 
     def _told(self, name: str) -> AddedWalk:
         walk = self.mapped[name]
-        loops = sum(int(np.sum((t.reason == KEPT) & (t.walk_j == walk.number))) for t in self.ties[-1:])
+        loops = int(np.sum(self._loops().touching(np.array([walk.number]))))
         return AddedWalk(name, walk.fingerprints.time_s, walk.poses, walk.sigma_m, walk.tied, walk.reason, loops)
 
     # The condensed map -----------------------------------------------------------------------------------------------
@@ -304,7 +316,7 @@ class GrowingMap:
             walk=np.full(len(fingerprints), walk.number),
             scan=fingerprints.scan,
             poses=walk.poses,
-            velocity=walk.velocity(),
+            velocity=walk.velocity,
             sigma_m=np.nan_to_num(walk.sigma_m, nan=UNKNOWN_SIGMA_M),
             distance_m=fingerprints.distance_m,
             strengths=in_columns(rows, fingerprints.transmitters, self._column),
@@ -368,3 +380,11 @@ def _turned(merged: MergedTracks, fix: Reference, turn_rad: float) -> MergedTrac
     pivot = fix.positions_xy[0]
     positions = planar.rotate(turn_rad, merged.poses[:, :2] - pivot) + pivot
     return replace(merged, poses=np.column_stack([positions, merged.poses[:, 2] + turn_rad]))
+
+
+def _ties_of(settled: Settled, number: int) -> Ties:
+    """The loops of a settled walk by the numbers of walks and scans."""
+    pairs, places = settled.loops.pairs, settled.places
+    walk = np.concatenate([places.walk, np.full(len(settled.poses), number)])
+    scan = np.concatenate([places.scan, np.arange(len(settled.poses))])
+    return Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -11,6 +12,7 @@ from scipy import sparse
 
 from radioslam import planar
 from radioslam.fingerprints import Fingerprints
+from radioslam.loops import KEPT
 from radioslam.odometry import Track
 from radioslam.walk import Reference
 
@@ -51,6 +53,7 @@ class MappedWalk:
         """The track with the fix as the known position of its walk."""
         return replace(self.track, walk=replace(self.track.walk, reference=self.fix))
 
+    @functools.cached_property
     def velocity(self) -> Array:
         """(n, 2) m/s at the scans in the frame of the poses."""
         time_s = self.fingerprints.time_s
@@ -121,15 +124,21 @@ class Ties:
         names = Ties.__dataclass_fields__
         return Ties(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
-    def partners(self, number: int, kept: str, most: int | None = None) -> Integers:
-        """Numbers of the walks that loops, of the verdict ``kept``, tie to a walk; the ``most`` with most of them."""
-        loops = self.reason == kept
-        pairs = ((self.walk_i, self.walk_j), (self.walk_j, self.walk_i))
-        others = np.concatenate([other[loops & (one == number)] for one, other in pairs])
-        numbers, counts = np.unique(others[others != number], return_counts=True)
-        return numbers[np.lexsort((numbers, -counts))][:most]
+    def select(self, mask: NDArray[np.bool_]) -> Ties:
+        """The ties that a mask (n,) picks."""
+        return Ties(*(getattr(self, name)[mask] for name in Ties.__dataclass_fields__))
 
-    def without(self, numbers: Integers) -> Ties:
-        """The ties that touch none of these walks."""
-        left = ~(np.isin(self.walk_i, numbers) | np.isin(self.walk_j, numbers))
-        return Ties(*(getattr(self, name)[left] for name in Ties.__dataclass_fields__))
+    @functools.cached_property
+    def kept(self) -> Ties:
+        """The loops proper."""
+        return self.select(self.reason == KEPT)
+
+    def touching(self, numbers: Integers) -> NDArray[np.bool_]:
+        """Mask (n,) of the ties of any of these walks."""
+        return np.isin(self.walk_i, numbers) | np.isin(self.walk_j, numbers)
+
+    def partners(self, number: int) -> Integers:
+        """Numbers of the walks that are tied to a walk, those most often first."""
+        ends = np.stack([self.walk_i, self.walk_j])[:, self.touching(np.array([number]))]
+        numbers, counts = np.unique(ends[ends != number], return_counts=True)
+        return numbers[np.lexsort((numbers, -counts))]

@@ -47,7 +47,7 @@ class Knowledge:
 
 @dataclass(frozen=True)
 class Settled:
-    """Walks in the map: ``poses`` (n, 3) and ``sigma_m`` (n,) of their scans, and their loops.
+    """A walk in the map: ``poses`` (n, 3) and ``sigma_m`` (n,) of its scans, and its loops.
 
     ``loops`` number the ``places`` first, then the scans.
     """
@@ -58,26 +58,33 @@ class Settled:
     loops: Loops
 
 
-def settle(
-    merged: MergedTracks, own: Samples, places: Samples, knowledge: Knowledge, config: Config, polish: bool = False
-) -> Settled:
-    """Optimize some walks, ``merged`` as if there were no others, against ``places`` of the others.
+def settle(merged: MergedTracks, own: Samples, places: Samples, knowledge: Knowledge, config: Config) -> Settled:
+    """Find the loops of a walk, ``merged`` as if it were alone, to ``places`` and optimize it; ``own`` are its n scans.
 
-    Rounds and rules are those of the batch; to ``polish`` is its last round alone. ``own`` are the walks' n scans.
+    Rounds and rules are those of the batch.
     """
     places = places.select(_near(places, merged.poses, config.loops.gates_m[0]))
     places, similar = _only_used(places, _similar(places, own, config.loops.similarity_threshold))
     joint = _joined(places, own)
-    rounds = list(enumerate(config.loops.gates_m))
     estimate, loops, sigma_m = merged, Loops(similar, np.full(len(similar), KEPT, "<U32")), np.zeros(0)
-    for k, gate_m in rounds[-1:] if polish else rounds:
+    for k, gate_m in enumerate(config.loops.gates_m):
         positions = np.concatenate([places.poses[:, :2], estimate.poses[estimate.node_of_fingerprint, :2]])
         loops = _screened(similar, joint, positions, gate_m, len(places), config)
         graph = _graph(estimate, places, loops.kept, knowledge, config, legs=k > 0)
-        x, sigma_m = _solve(graph, knowledge, config, last=k == len(rounds) - 1)
+        x, sigma_m = _solve(graph, knowledge, config, last=k == len(config.loops.gates_m) - 1)
         estimate = merged.at(x)
     nodes = merged.node_of_fingerprint
     return Settled(estimate.poses[nodes], _with_common_error(sigma_m[nodes], places, loops.kept), places, loops)
+
+
+def polish(merged: MergedTracks, kept: Pairs, others: Samples, knowledge: Knowledge, config: Config) -> Array:
+    """Optimize walks that stand in the map together; poses (n, 3) of their scans.
+
+    The loops that are ``kept`` number scans of the ``others``, which stay, before those of the walks.
+    """
+    graph = _graph(merged, others, kept, knowledge, config, legs=True)
+    x, _ = _solve(graph, knowledge, config, last=False)
+    return merged.at(x).poses[merged.node_of_fingerprint]
 
 
 def _near(places: Samples, poses: Array, reach_m: float) -> NDArray[np.bool_]:
@@ -115,18 +122,13 @@ def _joined(places: Samples, own: Samples) -> Fingerprints:
 def _screened(
     similar: Pairs, joint: Fingerprints, positions_xy: Array, gate_m: float, places: int, config: Config
 ) -> Loops:
-    """Loops by the rule of the batch; a walk that has too few of them has none."""
+    """Loops by the rule of the batch; a walk with too few of them has none."""
     away = np.hypot(*(positions_xy[similar.j] - positions_xy[similar.i]).T)
     rule = config.screening.model_copy(update={"min_loops_per_walk": 1})
     loops = screen_candidates(similar.select(away <= gate_m), joint, positions_xy, rule)
-    kept, reason = loops.reason == KEPT, loops.reason.copy()
-    ends = np.column_stack([loops.pairs.i, loops.pairs.j])
-    walk = np.where(ends >= places, joint.walk[ends], -1)
-    names, number = np.unique(walk, return_inverse=True)
-    count = np.bincount(number.reshape(walk.shape)[kept].ravel(), minlength=len(names))
-    few = (count < config.screening.min_loops_per_walk)[number.reshape(walk.shape)] & (walk >= 0)
-    reason[kept & few.any(axis=1)] = ALONE
-    return Loops(loops.pairs, reason)
+    if len(loops.kept) < config.screening.min_loops_per_walk:
+        return Loops(loops.pairs, np.where(loops.reason == KEPT, ALONE, loops.reason))
+    return loops
 
 
 def _graph(
