@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam.cli_positioning import load_map, register, show
+from radioslam import cli_growing, cli_positioning
+from radioslam.cli_positioning import load_map, show
 from radioslam.errors import LogError, RadioSlamError
 
 if TYPE_CHECKING:
@@ -371,7 +372,8 @@ def _alignment(name: str | None) -> Any:
     return name
 
 
-register(app)
+cli_positioning.register(app)
+cli_growing.register(app)
 
 
 @app.callback(invoke_without_command=True)

@@ -105,12 +105,16 @@ def walks_of(radio_map: RadioMap) -> Iterator[Walk]:
     floors = radio_map.floors or ("",) * len(radio_map.walks)
     for k, (name, floor) in enumerate(zip(radio_map.walks, floors, strict=True)):
         samples = radio_map.select(radio_map.walk == k)
-        if len(samples) < 2:
-            continue
         tied = samples.map[0] == 0
         first = Reference(samples.time_s[:1], samples.poses[:1, :2]) if tied else None
         motion = Signal(samples.time_s, samples.poses)
         yield Walk(name, _scans(samples), odometry=motion, reference=first, floor=floor)
+
+
+def walks_of_result(result: SlamResult) -> list[Walk]:
+    """The same of a result, with the true positions and the phones that it knows."""
+    facts = zip(walks_of(result.radio_map), result.references, result.devices, strict=True)
+    return [replace(walk, reference=reference, device=device) for walk, reference, device in facts]
 
 
 def _scans(samples: RadioMap) -> RadioScans:

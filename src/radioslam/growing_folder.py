@@ -13,6 +13,7 @@ ties.parquet        walk_i,scan_i,walk_j,scan_j,similarity,reason
 
 from __future__ import annotations
 
+import itertools
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -129,13 +130,13 @@ def _reading_columns(walks: Sequence[MappedWalk]) -> dict[str, Any]:
     radios = [(one.number, k, r) for one in walks for k, r in enumerate(_radios(one.track.walk)) if r is not None]
     names = sorted({name for _, _, scans in radios for name in scans.transmitters})
     code = {name: k for k, name in enumerate(names)}
-    parts = []
+    parts: list[tuple[int, Columns]] = []
     for number, k, scans in radios:
         codes = np.array([code[name] for name in scans.transmitters], dtype=np.int32)[scans.reading_transmitter]
         kind = np.full(len(codes), k, np.int8)
         readings = {name: getattr(scans, name) for name in ("rss_dbm", "frequency_mhz", "last_seen_s")}
         parts.append((number, {"radio": kind, "scan": scans.reading_scan, "transmitter": codes, **readings}))
-    columns = _stacked(parts)
+    columns = {"transmitter": np.zeros(0, np.int32), **_stacked(parts)}
     dictionary = pa.DictionaryArray.from_arrays(
         pa.array(columns["transmitter"], pa.int32()), pa.array(names, pa.string())
     )
@@ -202,10 +203,9 @@ def _by_number(path: Path) -> dict[int, Columns]:
         columns["transmitter"] = np.zeros(0, np.int64) if coded is None else coded.indices.to_numpy()
         names = np.array([] if coded is None else coded.dictionary.to_pylist(), np.str_)
     number = columns["number"]
-    order = np.flatnonzero(np.append(True, np.diff(number) != 0)) if len(number) else np.zeros(0, np.int64)
-    ends = np.append(order[1:], len(number))
+    bounds = np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)
     parts = {}
-    for first, last in zip(order.tolist(), ends.tolist(), strict=True):
+    for first, last in itertools.pairwise(bounds.tolist()):
         part = {name: column[first:last] for name, column in columns.items()}
         parts[int(number[first])] = {**part, "names": names} if "transmitter" in part else part
     return parts

@@ -154,7 +154,7 @@ class GrowingMap:
             raise MappingError(EMPTY)
         known = self.config.merging.starts == "known"
         walks = [self.mapped[name] for name in self.walks]
-        tracks = pooled([one.held() if known else one.track for one in walks], self.config.odometry)
+        tracks = pooled([one.held() if known and one.tied else one.track for one in walks], self.config.odometry)
         result = map_tracks(tracks, self.config)
         own = zip(tracks, walks, strict=True)
         self._adopt(self._in_frame(result), [replace(track, walk=one.track.walk) for track, one in own])
