@@ -79,14 +79,19 @@ def _grow(folder: Path, rebuild: str, work: Callable[[GrowingMap], list[dict[str
 
 def _load(folder: Path) -> GrowingMap:
     """The map of a result folder; where it never grew, its optimized paths stand for its walks' odometry."""
-    from radioslam.extending import walks_of_result
+    from dataclasses import replace
+
+    from radioslam.extending import walks_of
     from radioslam.incremental import GrowingMap
     from radioslam.results import SlamResult
 
     if (folder / GROWING).is_dir():
         return GrowingMap.load(folder / GROWING)
     result = SlamResult.load(folder)
-    return GrowingMap.of(result, walks_of_result(result))
+    told = zip(walks_of(result.radio_map), result.devices, strict=True)
+    grown = GrowingMap.of(result, [replace(walk, device=device) for walk, device in told])
+    grown.judge_by(dict(zip(result.walks, result.references, strict=True)))
+    return grown
 
 
 def _line(added: AddedWalk) -> dict[str, Any]:

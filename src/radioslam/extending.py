@@ -111,12 +111,6 @@ def walks_of(radio_map: RadioMap) -> Iterator[Walk]:
         yield Walk(name, _scans(samples), odometry=motion, reference=first, floor=floor)
 
 
-def walks_of_result(result: SlamResult) -> list[Walk]:
-    """The same of a result, with the true positions and the phones that it knows."""
-    facts = zip(walks_of(result.radio_map), result.references, result.devices, strict=True)
-    return [replace(walk, reference=reference, device=device) for walk, reference, device in facts]
-
-
 def _scans(samples: RadioMap) -> RadioScans:
     """The scans of one walk; those that heard nothing keep their place."""
     rss = samples.rss_dbm.tocsr()

@@ -8,7 +8,7 @@ however many walks came before, and most of those do not gain by it until a full
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -152,9 +152,8 @@ class GrowingMap:
         """
         if not self.mapped:
             raise MappingError(EMPTY)
-        known = self.config.merging.starts == "known"
         walks = [self.mapped[name] for name in self.walks]
-        tracks = pooled([one.held() if known and one.tied else one.track for one in walks], self.config.odometry)
+        tracks = pooled([one.held() if self._is_held(one) else one.track for one in walks], self.config.odometry)
         result = map_tracks(tracks, self.config)
         own = zip(tracks, walks, strict=True)
         self._adopt(self._in_frame(result), [replace(track, walk=one.track.walk) for track, one in own])
@@ -171,6 +170,13 @@ class GrowingMap:
             raise MappingError(EMPTY)
         walks = [self.mapped[name] for name in self.walks]
         return as_result(walks, Ties.concatenate(self.ties), self.knowledge, self.status, self.config)
+
+    def judge_by(self, references: Mapping[str, Reference | None]) -> None:
+        """True positions by walk, to judge the map by; what holds the walks stays what it is."""
+        for name, reference in references.items():
+            walk = self.mapped[name]
+            told = replace(walk.track, walk=replace(walk.track.walk, reference=reference))
+            self.mapped[name] = replace(walk, track=told)
 
     def save(self, folder: Path | str, force: bool = False) -> Path:
         """Write a folder that ``load`` reads, whole or not at all.
@@ -362,16 +368,21 @@ class GrowingMap:
         self.status, self.rebuilt = result.solver, len(mapped)
         self.condense_places()
 
+    def _is_held(self, walk: MappedWalk) -> bool:
+        """Whether a batch run takes the fix of a walk for its known position."""
+        starts, reference = self.config.merging.starts, walk.track.walk.reference
+        return walk.tied and (starts == "known" or (starts == "mixed" and reference is not None))
+
     def _fix_of(self, walk: MappedWalk) -> Reference:
         """What holds a walk that the batch tied: as before, its known start, or else its place of now, weakly."""
-        starts, reference = self.config.merging.starts, walk.track.walk.reference
+        merging, reference = self.config.merging, walk.track.walk.reference
         before = self.mapped.get(walk.name)
-        if starts != "unknown" and starts != "common" and reference is not None:
-            return Reference(reference.time_s[:1], reference.positions_xy[:1], sigma_m=reference.sigma_m)
-        if starts == "known" and before is not None and before.fix is not None:
+        if before is not None and before.fix is not None and self._is_held(before):
             return before.fix
-        k = 0 if starts == "common" else len(walk.poses) // 2
-        sigma_m = self.config.merging.start_sigma_m if starts == "common" else self.config.merging.placed_sigma_m
+        if merging.starts in ("known", "mixed") and reference is not None:
+            return Reference(reference.time_s[:1], reference.positions_xy[:1], sigma_m=reference.sigma_m)
+        common = merging.starts == "common"
+        k, sigma_m = (0, merging.start_sigma_m) if common else (len(walk.poses) // 2, merging.placed_sigma_m)
         return Reference(walk.fingerprints.time_s[k : k + 1], walk.poses[k : k + 1, :2], sigma_m=sigma_m)
 
 
