@@ -15,20 +15,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam import planar
-from radioslam.config import Config, OptimizerConfig, load_config
+from radioslam.config import Config, load_config
 from radioslam.directions import straight_legs
+from radioslam.engine import Engine, OneMachine
 from radioslam.errors import MappingError
-from radioslam.factors import Layout, first_guess, graph_blocks
+from radioslam.factors import Layout
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
 from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
 from radioslam.odometry import Track, estimate_odometry
-from radioslam.optimizer import Solution, minimize
+from radioslam.optimizer import Solution
 from radioslam.placement import place_walks
 from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
 from radioslam.radio_map import RadioMap
 from radioslam.results import FOUND_STARTS, SlamResult, SolverStatus
-from radioslam.similarity import similar_pairs
 from radioslam.turns import turn_walks
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
 from radioslam.walk import Walk
@@ -38,7 +38,10 @@ Integers = NDArray[np.int64]
 
 
 def map_walks(
-    walks: Sequence[Walk], config: Config | None = None, progress: Callable[[str], None] | None = None
+    walks: Sequence[Walk],
+    config: Config | None = None,
+    progress: Callable[[str], None] | None = None,
+    engine: Engine | None = None,
 ) -> SlamResult:
     """Turn walks into their true paths.
 
@@ -46,6 +49,7 @@ def map_walks(
         walks: any number, in any order.
         config: default preset if not given.
         progress: called with the name of each step as it begins.
+        engine: what joins and optimizes; this process if not given.
 
     Raises:
         MappingError: no walks, two walks of one name, walks of several floors, nothing to learn from or to tie, or
@@ -60,12 +64,14 @@ def map_walks(
     clock = Stopwatch(progress)
     with clock("odometry"):
         tracks = estimate_odometry(_in_order(walks), config.odometry)
-    return map_tracks(tracks, config, clock)
+    return map_tracks(tracks, config, clock, engine)
 
 
-def map_tracks(tracks: Sequence[Track], config: Config, clock: Stopwatch | None = None) -> SlamResult:
+def map_tracks(
+    tracks: Sequence[Track], config: Config, clock: Stopwatch | None = None, engine: Engine | None = None
+) -> SlamResult:
     """The same for walks whose odometry is known, in the order of their names; errors as in ``map_walks``."""
-    clock = clock or Stopwatch()
+    clock, engine = clock or Stopwatch(), engine or OneMachine()
     with clock("fingerprints"):
         fingerprints = collect_fingerprints(tracks, config.fingerprints)
         strengths = represent(fingerprints.rss_dbm, config.fingerprints)
@@ -78,7 +84,7 @@ def map_tracks(tracks: Sequence[Track], config: Config, clock: Stopwatch | None 
     with clock("merging"):
         merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging, placement)
     with clock("similarity"):
-        similar = similar_pairs(strengths, config.loops.similarity_threshold)
+        similar = engine.join(strengths, config.loops.similarity_threshold)
     if config.merging.heading == "unknown":
         with clock("turning"):
             merged = turn_walks(merged, similar, fingerprints, uncertainty, config)
@@ -94,7 +100,7 @@ def map_tracks(tracks: Sequence[Track], config: Config, clock: Stopwatch | None 
             graph = build_pose_graph(estimate, loops, uncertainty, config)
             if k > 0:  # the axes show once the loops have laid the walks together
                 graph = replace(graph, legs=straight_legs(estimate, config.directions))
-            solution = optimize(graph, config.optimizer, last=k == len(config.loops.gates_m) - 1)
+            solution = engine.optimize(graph, config.optimizer, last=k == len(config.loops.gates_m) - 1)
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
@@ -137,13 +143,6 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
         loop_velocity=velocity[node[kept.j]] - velocity[node[kept.i]] if config.loops.lag_sigma_s else None,
         lag_sigma_s=config.loops.lag_sigma_s,
     ).check()
-
-
-def optimize(graph: PoseGraph, config: OptimizerConfig, last: bool = True) -> Solution:
-    """Equation (1) with the unknowns of whole walks; of the last graph the marginal variances too."""
-    return minimize(
-        graph_blocks(graph, config), first_guess(graph), config, variances=last and config.standard_deviations
-    )
 
 
 def odometry_edges(merged: MergedTracks) -> Edges:
