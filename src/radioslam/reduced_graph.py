@@ -103,7 +103,7 @@ def _summed(shares: Sequence[Reduced]) -> tuple[Integers, sparse.csc_array, Arra
     size = len(variables)
     matrix = sparse.csc_array(sparse.coo_array((values, (rows, columns)), shape=(size, size)))
     vector = np.bincount(np.concatenate(places), np.concatenate([share.vector for share in shares]), size)
-    return variables, matrix, vector
+    return variables, matrix, vector.astype(np.float64)
 
 
 def _shared_step(shares: Sequence[Reduced], size: int) -> Array:
