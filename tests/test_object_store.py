@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays_of
 
@@ -14,6 +14,7 @@ from radioslam.object_store import ObjectStore
 pytest.importorskip("fsspec")
 
 
+@settings(deadline=None, max_examples=30)
 @given(
     arrays_of.arrays(np.float64, arrays_of.array_shapes(min_dims=0, max_dims=3, min_side=0)),
     arrays_of.arrays(np.int64, st.integers(0, 5)),

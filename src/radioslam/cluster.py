@@ -56,7 +56,7 @@ def connect(address: str, workers: int | None = None) -> Iterator[Any]:
     except ImportError:
         raise ConfigError("expected Dask for --cluster; pip install 'radioslam[cluster]'") from None
     if address == "local":
-        options = {"threads_per_worker": 1, "dashboard_address": None, "host": "127.0.0.1"}
+        options = {"threads_per_worker": 1, "dashboard_address": "127.0.0.1:0", "host": "127.0.0.1"}
         with dask.LocalCluster(n_workers=workers, processes=True, **options) as cluster, dask.Client(cluster) as client:
             yield client
         return

@@ -1,15 +1,14 @@
 """The same map, one walk at a time.
 
-A new walk is tied to the places around it, to which the map is condensed (``places``), and optimized alone, then
-together with the few walks it has most loops to (``settling``); what stands else is not moved. So it costs the same
-however many walks came before, and most of those do not gain by it until a full optimization, which pays
-(``worth_rebuilding``) once the map has grown by a part of itself.
+What stands is moved as little as can be when a walk comes or goes (``standing_map``), so that it costs the same however
+many walks there are. Most of them do not gain by it until a full optimization, which pays (``worth_rebuilding``) once
+the map has grown by a part of itself.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -18,24 +17,20 @@ from numpy.typing import NDArray
 from radioslam import planar
 from radioslam.config import Config
 from radioslam.errors import MappingError
-from radioslam.fingerprints import collect_fingerprints, represent
+from radioslam.fingerprints import collect_fingerprints
 from radioslam.grown_result import as_result
-from radioslam.mapped_walk import MappedWalk, Ties, in_columns, joined, lean, split
-from radioslam.merging import MergedTracks, merge_tracks, standing_at
-from radioslam.odometry import Track, estimate_odometry, estimate_track, pooled
-from radioslam.places import Samples, condense
+from radioslam.mapped_walk import MappedWalk, Ties, lean, split
+from radioslam.odometry import Track, estimate_odometry, estimate_track, pooled, scaled_like
+from radioslam.places import Samples
 from radioslam.results import SlamResult, SolverStatus
 from radioslam.seeking import FoundPlace, seek
-from radioslam.settling import Knowledge, Settled, polish, settle
-from radioslam.similarity import Pairs, pair_similarity, unit_rows
+from radioslam.settling import Knowledge
+from radioslam.similarity import pair_similarity
 from radioslam.slam import map_tracks
+from radioslam.standing_map import EMPTY, StandingMap
 from radioslam.walk import Reference, Walk
 
 Array = NDArray[np.float64]
-
-UNKNOWN_SIGMA_M = 2.0
-"""Of positions whose standard deviation nobody asked for."""
-EMPTY = "expected at least one walk in the map, found none; add one"
 
 
 @dataclass(frozen=True)
@@ -55,24 +50,15 @@ class AddedWalk:
 
 
 @dataclass
-class GrowingMap:
+class GrowingMap(StandingMap):
     """A map of one floor that takes walks in and gives them back.
 
     Attributes:
-        config: of all walks; ``merging.starts`` says how they are related.
-        mapped: the walks by name.  ties: candidates of the last full optimization and of each walk since.
-        knowledge: what the walks of the last full optimization taught, and how it went, ``status``; None while empty.
-        rebuilt: how many walks that were.
+        status: how the last full optimization went, None while empty.  rebuilt: how many walks it saw.
     """
 
-    config: Config
-    mapped: dict[str, MappedWalk] = field(default_factory=dict)
-    ties: list[Ties] = field(default_factory=list)
-    knowledge: Knowledge | None = None
     status: SolverStatus | None = None
     rebuilt: int = 0
-    _column: dict[str, int] = field(default_factory=dict)
-    _places: Samples = field(default_factory=Samples.none)
 
     @staticmethod
     def begin(config: Config) -> GrowingMap:
@@ -209,7 +195,7 @@ class GrowingMap:
     def _track_of(self, walk: Walk) -> Track:
         """Its odometry, with steps as long as those of the same phone model's walks in the map."""
         alike = [one.track for one in self.mapped.values() if one.track.walk.device == walk.device]
-        return lean(pooled([*alike, estimate_track(walk, self.config.odometry)], self.config.odometry)[-1])
+        return lean(scaled_like(estimate_track(walk, self.config.odometry), alike, self.config.odometry))
 
     def _sought(self, walk: MappedWalk) -> FoundPlace:
         """A place of the walk by what is known of starts, else by its scans."""
@@ -228,14 +214,6 @@ class GrowingMap:
         sigma_m = float(self._known.uncertainty.sigma(similarity)[0])
         return FoundPlace(float(walk.fingerprints.time_s[0]), hub.poses[0, :2], sigma_m)
 
-    # Laying walks into the map ---------------------------------------------------------------------------------------
-
-    @property
-    def _known(self) -> Knowledge:
-        if self.knowledge is None:
-            raise MappingError(EMPTY)
-        return self.knowledge
-
     def _begin_with(self, walk: MappedWalk) -> None:
         before = dict(self.mapped)
         self.mapped[walk.name] = walk
@@ -245,93 +223,10 @@ class GrowingMap:
             self.mapped = before
             raise
 
-    def _lay(self, walk: MappedWalk, found: FoundPlace) -> None:
-        """Tie a walk to the places around where it was found, then optimize it with the walks it has most loops to."""
-        self.mapped[walk.name] = replace(walk, reason=found.reason)
-        if found.position_xy is None:
-            return
-        fix = Reference(np.array([found.time_s]), found.position_xy[None], sigma_m=found.sigma_m)
-        walk = replace(walk, fix=fix, reason="")
-        merged = _turned(self._merged([walk]), fix, found.turn_rad)
-        settled = settle(merged, self._samples(walk), self._places, self._known, self.config)
-        self.ties.append(_ties_of(settled, walk.number))
-        self._keep([replace(walk, poses=settled.poses, sigma_m=settled.sigma_m)])
-        partners = self.ties[-1].kept.partners(walk.number)[: self.config.growing.partners]
-        self._polish([walk.number, *partners.tolist()])
-
-    def _polish(self, numbers: Sequence[int]) -> None:
-        """Optimize some walks of the map together by the loops they have; all others stay."""
-        walks = [walk for walk in self.mapped.values() if walk.tied and walk.number in numbers]
-        if not walks:
-            return
-        loops = self._loops()
-        others, kept = self._outside(loops.select(loops.touching(np.array(numbers))), walks)
-        merged = standing_at(self._merged(walks), np.concatenate([walk.poses for walk in walks]))
-        poses = polish(merged, kept, others, self._known, self.config)
-        parts = np.split(poses, np.cumsum([len(walk.poses) for walk in walks])[:-1])
-        self._keep([replace(walk, poses=part) for walk, part in zip(walks, parts, strict=True)])
-
-    def _outside(self, loops: Ties, walks: Sequence[MappedWalk]) -> tuple[Samples, Pairs]:
-        """The scans at the other ends of loops, and the loops as pairs that number them first, then those of walks."""
-        by_number = {walk.number: walk for walk in self.mapped.values()}
-        number, scan = (np.concatenate(c) for c in ((loops.walk_i, loops.walk_j), (loops.scan_i, loops.scan_j)))
-        own = np.array([walk.number for walk in walks])
-        first = np.cumsum([0, *(len(walk.poses) for walk in walks)])[:-1]
-        inside = np.isin(number, own)
-        ends, row = np.unique(np.column_stack([number, scan])[~inside], axis=0, return_inverse=True)
-        parts = [self._samples(by_number[int(k)]).select(ends[ends[:, 0] == k, 1]) for k in np.unique(ends[:, 0])]
-        node = np.empty(len(number), np.int64)
-        node[~inside] = row.ravel()
-        order = np.argsort(own)
-        place = order[np.searchsorted(own[order], number[inside])]
-        node[inside] = len(ends) + first[place] + scan[inside]
-        i, j = node.reshape(2, -1)
-        return Samples.concatenate(parts), Pairs(np.minimum(i, j), np.maximum(i, j), loops.similarity)
-
-    def _loops(self) -> Ties:
-        return Ties.concatenate(ties.kept for ties in self.ties)
-
-    def _keep(self, walks: Sequence[MappedWalk]) -> None:
-        """Replace walks and their places."""
-        self.mapped |= {walk.name: walk for walk in walks}
-        others = self._places.select(~np.isin(self._places.walk, [walk.number for walk in walks]))
-        samples = [self._samples(walk) for walk in walks]
-        self._places = condense(Samples.concatenate([others, *samples]), self.config.growing)
-
-    def _merged(self, walks: Sequence[MappedWalk]) -> MergedTracks:
-        """Walks as a crowd of their own, each held at its fix."""
-        held = self.config.merging.model_copy(update={"starts": "known"})
-        fingerprints = joined([walk.fingerprints for walk in walks])
-        strengths = represent(fingerprints.rss_dbm, self.config.fingerprints)
-        tracks = [walk.held() for walk in walks]
-        return merge_tracks(tracks, fingerprints, strengths, self._known.uncertainty, held)
-
     def _told(self, name: str) -> AddedWalk:
         walk = self.mapped[name]
         loops = int(np.sum(self._loops().touching(np.array([walk.number]))))
         return AddedWalk(name, walk.fingerprints.time_s, walk.poses, walk.sigma_m, walk.tied, walk.reason, loops)
-
-    # The condensed map -----------------------------------------------------------------------------------------------
-
-    def _samples(self, walk: MappedWalk) -> Samples:
-        fingerprints = walk.fingerprints
-        for name in fingerprints.transmitters:
-            self._column.setdefault(name, len(self._column))
-        rows = unit_rows(represent(fingerprints.rss_dbm, self.config.fingerprints))
-        return Samples(
-            walk=np.full(len(fingerprints), walk.number),
-            scan=fingerprints.scan,
-            poses=walk.poses,
-            velocity=walk.velocity,
-            sigma_m=np.nan_to_num(walk.sigma_m, nan=UNKNOWN_SIGMA_M),
-            distance_m=fingerprints.distance_m,
-            strengths=in_columns(rows, fingerprints.transmitters, self._column),
-        )
-
-    def condense_places(self) -> None:
-        """Choose the scans that stand for the map from all of its walks."""
-        every = Samples.concatenate([self._samples(walk) for walk in self.mapped.values() if walk.tied])
-        self._places = condense(every, self.config.growing)
 
     # Taking over a batch result --------------------------------------------------------------------------------------
 
@@ -384,18 +279,3 @@ class GrowingMap:
         common = merging.starts == "common"
         k, sigma_m = (0, merging.start_sigma_m) if common else (len(walk.poses) // 2, merging.placed_sigma_m)
         return Reference(walk.fingerprints.time_s[k : k + 1], walk.poses[k : k + 1, :2], sigma_m=sigma_m)
-
-
-def _turned(merged: MergedTracks, fix: Reference, turn_rad: float) -> MergedTracks:
-    """The walk turned about its fix to begin with."""
-    pivot = fix.positions_xy[0]
-    positions = planar.rotate(turn_rad, merged.poses[:, :2] - pivot) + pivot
-    return replace(merged, poses=np.column_stack([positions, merged.poses[:, 2] + turn_rad]))
-
-
-def _ties_of(settled: Settled, number: int) -> Ties:
-    """The loops of a settled walk by the numbers of walks and scans."""
-    pairs, places = settled.loops.pairs, settled.places
-    walk = np.concatenate([places.walk, np.full(len(settled.poses), number)])
-    scan = np.concatenate([places.scan, np.arange(len(settled.poses))])
-    return Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)

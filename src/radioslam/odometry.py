@@ -93,6 +93,13 @@ def pooled(tracks: Sequence[Track], config: OdometryConfig) -> list[Track]:
     return [_stretched(track, factor[track.walk.device]) for track in tracks]
 
 
+def scaled_like(track: Track, others: Sequence[Track], config: OdometryConfig) -> Track:
+    """A track with the step factor that it and others of the same phone model share."""
+    shapes = [one.step_shapes for one in (*others, track)]
+    device = track.walk.device
+    return _stretched(track, metres_per_shape(shapes, [device] * len(shapes), config)[device])
+
+
 def _stretched(track: Track, metres_per_shape: float) -> Track:
     if not track.step_shapes.any():
         return track
