@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam import cli_positioning, cli_reference
+from radioslam import cli_cluster, cli_growing, cli_positioning, cli_reference
+from radioslam.cli_cluster import Cluster, Store, engine_at
 from radioslam.cli_positioning import load_map
 from radioslam.errors import LogError, RadioSlamError
 from radioslam.progress import Tell, progress, show
 
 if TYPE_CHECKING:
     from radioslam.config import Config
+    from radioslam.engine import Engine
     from radioslam.experiments import Experiment, Source
     from radioslam.results import SlamResult
     from radioslam.walk import Walk
@@ -63,6 +65,8 @@ def map_command(
         int | None, typer.Option(metavar="SEED", help="Give walks without motion a simulated tracker's odometry.")
     ] = None,
     keep_going: Annotated[bool, typer.Option("--keep-going", help="Skip bad logs, name them, map the rest.")] = False,
+    cluster: Cluster = None,
+    store: Store = None,
     force: Force = False,
     quiet: Quiet = False,
     as_json: AsJson = False,
@@ -77,6 +81,8 @@ def map_command(
     effective = load_config(preset, config, overrides)
     if into is not None and (starts not in (None, "unknown") or heading == "unknown"):
         raise ConfigError("expected --starts unknown and headings of the device with --into; the map gives the starts")
+    if into is not None and cluster is not None:
+        raise ConfigError("expected --into without --cluster; one walk more needs one machine")
     check_target(out, force, [*logs, into] if into else logs)
     skipped: list[LogError] = []
     started = time.perf_counter()
@@ -84,7 +90,8 @@ def map_command(
         walks = _read(logs, format, simulate_odometry, skipped if keep_going else None, tell)
         reading_s = time.perf_counter() - started
         tell("mapping", None, None)
-        result = _map(walks, effective, into, lambda step: tell(step, None, None))
+        with engine_at(cluster, store) as engine:
+            result = _map(walks, effective, into, engine, lambda step: tell(step, None, None))
         summary = _save(result, out, force, reading_s, skipped, tell)
     if as_json:
         typer.echo(json.dumps(summary, indent=1))
@@ -115,13 +122,15 @@ def _with_odometry(seed: int) -> Callable[[Walk], Walk]:
     return lambda walk: walk if walk.motion is not None else with_tracker_drift(walk, seed)
 
 
-def _map(walks: list[Walk], config: Config, into: Path | None, step: Callable[[str], None]) -> SlamResult:
+def _map(
+    walks: list[Walk], config: Config, into: Path | None, engine: Engine | None, step: Callable[[str], None]
+) -> SlamResult:
     from radioslam.extending import extend_map
     from radioslam.results import SlamResult
     from radioslam.slam import map_walks
 
     if into is None:
-        return map_walks(walks, config, step)
+        return map_walks(walks, config, step, engine)
     if not into.is_dir():
         return extend_map(load_map(into), walks, config, progress=step)
     before = SlamResult.load(into)
@@ -393,6 +402,8 @@ def _alignment(name: str | None) -> Any:
 
 cli_positioning.register(app)
 cli_reference.register(app)
+cli_growing.register(app)
+cli_cluster.register(app)
 
 
 @app.callback(invoke_without_command=True)

@@ -254,6 +254,19 @@ class OptimizerConfig(_Group):
     """Converged when the cost falls by less than this part of itself, or no step is longer."""
 
 
+class GrowingConfig(_Group):
+    """A map that grows walk by walk."""
+
+    cell_m: float = Field(2.0, gt=0)
+    """Side of the cells that the map is condensed to."""
+    per_cell: int = Field(6, ge=1)
+    """Scans that stand for all that were made in a cell."""
+    partners: int = Field(12, ge=0)
+    """Walks of the map, those with most loops to a new one, that are optimized together with it."""
+    rebuild_growth: float = Field(0.25, gt=0)
+    """A full optimization pays once the map has grown by this part of what the last one saw."""
+
+
 class FieldConfig(_Group):
     """Samples -> strengths anywhere (Gaussian process)."""
 
@@ -394,6 +407,7 @@ class Config(_Group):
     directions: DirectionsConfig = DirectionsConfig()
     screening: ScreeningConfig = ScreeningConfig()
     optimizer: OptimizerConfig = OptimizerConfig()
+    growing: GrowingConfig = GrowingConfig()
     field: FieldConfig = FieldConfig()
     positioning: PositioningConfig = PositioningConfig()
     registration: RegistrationConfig = RegistrationConfig()

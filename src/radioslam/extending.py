@@ -105,8 +105,6 @@ def walks_of(radio_map: RadioMap) -> Iterator[Walk]:
     floors = radio_map.floors or ("",) * len(radio_map.walks)
     for k, (name, floor) in enumerate(zip(radio_map.walks, floors, strict=True)):
         samples = radio_map.select(radio_map.walk == k)
-        if len(samples) < 2:
-            continue
         tied = samples.map[0] == 0
         first = Reference(samples.time_s[:1], samples.poses[:1, :2]) if tied else None
         motion = Signal(samples.time_s, samples.poses)

@@ -101,18 +101,18 @@ class PriorBlock:
 
 
 class ZeroBlock:
-    """Independent unknowns near zero: e = x / σ for ``variables`` (m,) and σ (m,) or a number."""
+    """Independent unknowns near one value: e = (x - value) / σ for ``variables`` (m,) and σ (m,) or a number."""
 
     loss: LossName = "none"
     loss_scale = 1.0
 
-    def __init__(self, variables: Integers, sigma: Array | float) -> None:
-        self.variables = variables[:, None]
+    def __init__(self, variables: Integers, sigma: Array | float, value: float = 0.0) -> None:
+        self.variables, self.value = variables[:, None], value
         self.jacobian = np.broadcast_to(1.0 / np.asarray(sigma), variables.shape).reshape(-1, 1, 1)
 
     def residuals(self, x: Array) -> Array:
         """Whitened residuals (m, 1)."""
-        return x[self.variables] * self.jacobian[:, 0]
+        return (x[self.variables] - self.value) * self.jacobian[:, 0]
 
     def linearize(self, x: Array) -> tuple[Array, Array]:
         """Whitened residuals (m, 1) and Jacobians (m, 1, 1)."""

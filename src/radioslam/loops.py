@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,7 +49,12 @@ class Loops:
 
 
 def find_candidates(
-    strengths: sparse.csr_array, merged: MergedTracks, fingerprints: Fingerprints, gate_m: float, config: LoopConfig
+    strengths: sparse.csr_array,
+    merged: MergedTracks,
+    fingerprints: Fingerprints,
+    gate_m: float,
+    config: LoopConfig,
+    join: Callable[[sparse.csr_array, float, Gate], Iterator[Pairs]] = stream_similar_pairs,
 ) -> Pairs:
     """Pairs of scans that may have been made at one place.
 
@@ -63,7 +68,7 @@ def find_candidates(
         turn = planar.wrap(poses[pairs.j, 2] - poses[pairs.i, 2])
         return pairs.select(np.abs(turn) <= config.max_orientation_rad)
 
-    return Pairs.collect(map(facing_alike, stream_similar_pairs(strengths, config.similarity_threshold, gate)))
+    return Pairs.collect(map(facing_alike, join(strengths, config.similarity_threshold, gate)))
 
 
 def screen_candidates(

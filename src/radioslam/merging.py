@@ -103,6 +103,21 @@ def merge_tracks(
     return _merge_known(tracks, fingerprints, config)
 
 
+def standing_at(merged: MergedTracks, poses: Array) -> MergedTracks:
+    """The same tracks with their scans at ``poses`` (n_fingerprints, 3).
+
+    A start between scans stands as its odometry says from the scan after it, or before.
+    """
+    nodes = np.empty_like(merged.poses)
+    nodes[merged.node_of_fingerprint] = poses
+    for start in np.flatnonzero(merged.fingerprint < 0).tolist():
+        before = start + 1 == len(nodes) or merged.walk[start + 1] != merged.walk[start]
+        near = start - 1 if before else start + 1
+        motion = planar.between(*merged.tracks[merged.walk[start]].at(merged.time_s[[near, start]]))
+        nodes[start] = planar.compose(nodes[near], motion)
+    return replace(merged, poses=nodes)
+
+
 def _merge_common(
     tracks: Sequence[Track],
     fingerprints: Fingerprints,

@@ -58,6 +58,11 @@ class Block(Protocol):
         ...
 
 
+def factorise(matrix: sparse.csc_array) -> qdldl.Solver:
+    """LDLᵀ of a symmetric positive definite matrix (n, n)."""
+    return qdldl.Solver(sparse.csc_matrix(sparse.triu(matrix)), upper=True)
+
+
 class NormalEquations:
     """JᵀWJ (upper triangle, CSC) and JᵀWr of a fixed set of blocks."""
 

@@ -6,7 +6,7 @@ Dead reckoning counts steps, gives each a length (``steps``) and lays it along t
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from radioslam import planar
 from radioslam.config import OdometryConfig
 from radioslam.errors import LogError
 from radioslam.heading import phone_heading
-from radioslam.steps import Steps, common_clock, find_steps, step_lengths
+from radioslam.steps import Steps, common_clock, find_steps, metres_per_shape, step_lengths
 from radioslam.walk import Inertial, Signal, Walk
 
 Array = NDArray[np.float64]
@@ -35,6 +35,8 @@ class Track:
         translation_variance: (n,) m², heading_variance: (n,) rad²; both grow along the walk, so that the
             difference between two times is the variance of the motion between them.
         log_scale_sigma: standard deviation of the logarithm of the scale that all of the walk's steps share.
+        step_shapes: (k,) what the length of each step is in proportion to, where the factor is the phone model's and
+            was learned from walks; else empty.
     """
 
     walk: Walk
@@ -44,6 +46,7 @@ class Track:
     translation_variance: Array
     heading_variance: Array
     log_scale_sigma: float
+    step_shapes: Array = field(default_factory=lambda: np.zeros(0))
 
     def at(self, time_s: Array) -> Array:
         """Poses (m, 3) at the given times (m,)."""
@@ -81,6 +84,32 @@ def estimate_track(walk: Walk, config: OdometryConfig) -> Track:
         LogError: neither odometry nor sensors that give steps and heading.
     """
     return estimate_odometry([walk], config)[0]
+
+
+def pooled(tracks: Sequence[Track], config: OdometryConfig) -> list[Track]:
+    """Tracks whose steps all walks of a phone model scale together, as if they had been estimated at once."""
+    shapes, devices = [track.step_shapes for track in tracks], [track.walk.device for track in tracks]
+    factor = metres_per_shape(shapes, devices, config)
+    return [_stretched(track, factor[track.walk.device]) for track in tracks]
+
+
+def scaled_like(track: Track, others: Sequence[Track], config: OdometryConfig) -> Track:
+    """A track with the step factor that it and others of the same phone model share."""
+    shapes = [one.step_shapes for one in (*others, track)]
+    device = track.walk.device
+    return _stretched(track, metres_per_shape(shapes, [device] * len(shapes), config)[device])
+
+
+def _stretched(track: Track, metres_per_shape: float) -> Track:
+    if not track.step_shapes.any():
+        return track
+    ratio = metres_per_shape * track.step_shapes.sum() / track.distance_m[-1]
+    return replace(
+        track,
+        poses=track.poses * np.array([ratio, ratio, 1.0]),
+        distance_m=track.distance_m * ratio,
+        translation_variance=track.translation_variance * ratio**2,
+    )
 
 
 def _tracks(walks: Sequence[Walk], config: OdometryConfig) -> Iterator[Track]:
@@ -128,4 +157,5 @@ def _dead_reckoning(walk: Walk, steps: Steps, length_m: Array, config: OdometryC
     count = np.concatenate([np.arange(len(steps) + 1.0), [len(steps)]])
     spread = np.cumsum(np.concatenate([[0.0], (config.step_length_sigma * length_m) ** 2, [0.0]]))
     turning = count * config.step_heading_sigma_rad**2
-    return Track(walk, clock, poses, planar.path_length(positions), spread, turning, config.step_scale_sigma)
+    shapes = steps.shapes if config.step_length == "pendulum" else np.zeros(0)
+    return Track(walk, clock, poses, planar.path_length(positions), spread, turning, config.step_scale_sigma, shapes)

@@ -45,7 +45,7 @@ Integers = NDArray[np.int64]
 def write_result(result: SlamResult, folder: Path, force: bool, peak_memory_mb: float | None) -> Path:
     """Write the folder whole or not at all; see ``SlamResult.save``."""
     with whole_folder(folder, force) as partial:
-        _write_parts(result, partial, peak_memory_mb)
+        write_parts(result, partial, peak_memory_mb)
     return folder
 
 
@@ -57,7 +57,7 @@ def read_result(folder: Path) -> SlamResult:
         raise ResultError(f"{folder}: expected a result folder, found: {error}") from None
 
 
-OWN_MARKS = ("summary.json", ".radioslam-walks")
+OWN_MARKS = ("summary.json", ".radioslam-walks", "growing.json")
 """Files that only folders written by this package hold."""
 
 
@@ -125,7 +125,8 @@ def _umask() -> int:
     return mask
 
 
-def _write_parts(result: SlamResult, folder: Path, peak_memory_mb: float | None) -> None:
+def write_parts(result: SlamResult, folder: Path, peak_memory_mb: float | None) -> None:
+    """Fill an empty folder with a result."""
     from radioslam.report import write_report
 
     summary = {**result.summary(), "peak_memory_mb": peak_memory_mb}

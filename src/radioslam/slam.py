@@ -15,20 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam import planar
-from radioslam.config import Config, OptimizerConfig, load_config
+from radioslam.config import Config, load_config
 from radioslam.directions import straight_legs
+from radioslam.engine import Engine, OneMachine
 from radioslam.errors import MappingError
-from radioslam.factors import Layout, first_guess, graph_blocks
+from radioslam.factors import Layout
 from radioslam.fingerprints import Fingerprints, collect_fingerprints, represent
 from radioslam.loops import Loops, find_candidates, screen_candidates
 from radioslam.merging import MergedTracks, merge_tracks
-from radioslam.odometry import estimate_odometry
-from radioslam.optimizer import Solution, minimize
+from radioslam.odometry import Track, estimate_odometry
+from radioslam.optimizer import Solution
 from radioslam.placement import place_walks
 from radioslam.pose_graph import Edges, PoseGraph, diagonal_information
 from radioslam.radio_map import RadioMap
 from radioslam.results import FOUND_STARTS, SlamResult, SolverStatus
-from radioslam.similarity import similar_pairs
+from radioslam.similarity import Pairs
 from radioslam.turns import turn_walks
 from radioslam.uncertainty import UncertaintyModel, learn_uncertainty
 from radioslam.walk import Walk
@@ -38,7 +39,10 @@ Integers = NDArray[np.int64]
 
 
 def map_walks(
-    walks: Sequence[Walk], config: Config | None = None, progress: Callable[[str], None] | None = None
+    walks: Sequence[Walk],
+    config: Config | None = None,
+    progress: Callable[[str], None] | None = None,
+    engine: Engine | None = None,
 ) -> SlamResult:
     """Turn walks into their true paths.
 
@@ -46,6 +50,7 @@ def map_walks(
         walks: any number, in any order.
         config: default preset if not given.
         progress: called with the name of each step as it begins.
+        engine: what joins and optimizes; this process if not given.
 
     Raises:
         MappingError: no walks, two walks of one name, walks of several floors, nothing to learn from or to tie, or
@@ -57,10 +62,17 @@ def map_walks(
             f"expected known or common starts where headings are unknown, found {config.merging.starts}; "
             "each walk is turned about its start"
         )
-    walks = _in_order(walks)
-    clock = _Stopwatch(progress)
+    clock = Stopwatch(progress)
     with clock("odometry"):
-        tracks = estimate_odometry(walks, config.odometry)
+        tracks = estimate_odometry(_in_order(walks), config.odometry)
+    return map_tracks(tracks, config, clock, engine)
+
+
+def map_tracks(
+    tracks: Sequence[Track], config: Config, clock: Stopwatch | None = None, engine: Engine | None = None
+) -> SlamResult:
+    """The same for walks whose odometry is known, in the order of their names; errors as in ``map_walks``."""
+    clock, engine = clock or Stopwatch(), engine or OneMachine()
     with clock("fingerprints"):
         fingerprints = collect_fingerprints(tracks, config.fingerprints)
         strengths = represent(fingerprints.rss_dbm, config.fingerprints)
@@ -74,14 +86,14 @@ def map_walks(
         merged = merge_tracks(tracks, fingerprints, strengths, uncertainty, config.merging, placement)
     if config.merging.heading == "unknown":
         with clock("turning"):
-            similar = similar_pairs(strengths, config.loops.similarity_threshold)
+            similar = Pairs.collect(engine.join(strengths, config.loops.similarity_threshold))
             merged = turn_walks(merged, similar, fingerprints, uncertainty, config)
     estimate = merged
     # Walks that have been placed lie together already: one narrow look, and no axes that their turns could mistake.
     gates_m = config.loops.gates_m if placement is None else config.loops.gates_m[-1:]
     for k, gate_m in enumerate(gates_m):
         with clock("loop candidates"):
-            candidates = find_candidates(strengths, estimate, fingerprints, gate_m, config.loops)
+            candidates = find_candidates(strengths, estimate, fingerprints, gate_m, config.loops, engine.join)
         with clock("screening"):
             loops = screen_candidates(
                 candidates, fingerprints, estimate.poses[estimate.node_of_fingerprint, :2], config.screening
@@ -90,7 +102,7 @@ def map_walks(
             graph = build_pose_graph(estimate, loops, uncertainty, config)
             if k > 0:  # the axes show once the loops have laid the walks together
                 graph = replace(graph, legs=straight_legs(estimate, config.directions))
-            solution = optimize(graph, config.optimizer, last=k == len(gates_m) - 1)
+            solution = engine.optimize(graph, config.optimizer, last=k == len(gates_m) - 1)
             estimate = merged.at(solution.x)
     nodes = merged.node_of_fingerprint
     return SlamResult(
@@ -102,7 +114,7 @@ def map_walks(
         loops=loops,
         uncertainty=uncertainty,
         graph=solved_graph(graph, estimate, solution),
-        solver=_status(graph, solution),
+        solver=solver_status(graph, solution),
         devices=tuple(track.walk.device for track in tracks),
         seconds=clock.seconds,
         placed_sigma_m=() if placement is None else tuple(placement.sigma_m.tolist()),
@@ -119,7 +131,7 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     velocity = merged.velocities()
     return PoseGraph(
         poses=merged.poses,
-        odometry=_odometry_edges(merged),
+        odometry=odometry_edges(merged),
         loops=Edges(
             node[kept.i],
             node[kept.j],
@@ -135,14 +147,8 @@ def build_pose_graph(merged: MergedTracks, loops: Loops, uncertainty: Uncertaint
     ).check()
 
 
-def optimize(graph: PoseGraph, config: OptimizerConfig, last: bool = True) -> Solution:
-    """Equation (1) with the unknowns of whole walks; of the last graph the marginal variances too."""
-    return minimize(
-        graph_blocks(graph, config), first_guess(graph), config, variances=last and config.standard_deviations
-    )
-
-
-def _odometry_edges(merged: MergedTracks) -> Edges:
+def odometry_edges(merged: MergedTracks) -> Edges:
+    """The motion between consecutive nodes of every walk, as odometry has it."""
     i = np.flatnonzero(np.diff(merged.walk) == 0)
     parts = []
     for k, track in enumerate(merged.tracks):
@@ -166,7 +172,8 @@ def solved_graph(graph: PoseGraph, estimate: MergedTracks, solution: Solution) -
     return replace(graph, poses=estimate.poses, odometry=odometry, loops=loops)
 
 
-def _status(graph: PoseGraph, solution: Solution) -> SolverStatus:
+def solver_status(graph: PoseGraph, solution: Solution) -> SolverStatus:
+    """How the optimization went, with the unknowns that the whole graph shares."""
     layout = Layout.of(graph)
     lag_s, axis_rad = (None if k is None else float(solution.x[k]) for k in (layout.lag, layout.axis))
     return SolverStatus(
@@ -238,14 +245,15 @@ def _wrapped(poses: Array) -> Array:
     return np.column_stack([poses[:, :2], planar.wrap(poses[:, 2])])
 
 
-class _Stopwatch:
+class Stopwatch:
     """Seconds per step, told as they begin."""
 
-    def __init__(self, progress: Callable[[str], None] | None) -> None:
+    def __init__(self, progress: Callable[[str], None] | None = None) -> None:
         self.progress, self.seconds = progress, dict[str, float]()
 
     @contextmanager
     def __call__(self, step: str) -> Iterator[None]:
+        """Time a step."""
         if self.progress:
             self.progress(step)
         started = time.perf_counter()

@@ -51,6 +51,11 @@ class Steps:
     def __len__(self) -> int:
         return len(self.time_s)
 
+    @property
+    def shapes(self) -> Array:
+        """(n,) T √a_pp, to which the lengths of one phone model's steps are in proportion."""
+        return self.interval_s * np.sqrt(self.bounce)
+
 
 def common_clock(signal: Signal) -> Array:
     """Times (n,) at ``RATE_HZ`` over a signal."""
@@ -108,9 +113,13 @@ def step_lengths(walks: Sequence[Steps], devices: Sequence[str], config: Odometr
         return [np.full(len(steps), config.typical_step_m) for steps in walks]
     if config.step_length == "weinberg":
         return [config.weinberg_constant * steps.bounce**0.25 for steps in walks]
-    shapes = [steps.interval_s * np.sqrt(steps.bounce) for steps in walks]
-    median = {name: _median_of(shapes, devices, name) for name in set(devices)}
-    return [config.typical_step_m * shape / median[name] for shape, name in zip(shapes, devices, strict=True)]
+    factor = metres_per_shape([steps.shapes for steps in walks], devices, config)
+    return [factor[name] * steps.shapes for steps, name in zip(walks, devices, strict=True)]
+
+
+def metres_per_shape(shapes: Sequence[Array], devices: Sequence[str], config: OdometryConfig) -> dict[str, float]:
+    """The factor of each phone model: the median step (n,) over its walks is ``typical_step_m``."""
+    return {name: config.typical_step_m / _median_of(shapes, devices, name) for name in set(devices)}
 
 
 def _median_of(shapes: Sequence[Array], devices: Sequence[str], name: str) -> float:
