@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from radioslam import cli_server
 from radioslam.cli_positioning import load_map, register, show
 from radioslam.errors import LogError, RadioSlamError
 
@@ -372,6 +373,7 @@ def _alignment(name: str | None) -> Any:
 
 
 register(app)
+cli_server.register(app)
 
 
 @app.callback(invoke_without_command=True)

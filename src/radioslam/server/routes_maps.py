@@ -1,0 +1,238 @@
+"""Maps: versions, builds, and what the page shows of a version."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from functools import lru_cache
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from fastapi import APIRouter, Query, Request, Response
+from fastapi import Path as PathParameter
+from numpy.typing import NDArray
+from sqlalchemy import select, update
+
+from radioslam.errors import NotFoundError
+from radioslam.radio_map import RadioMap
+from radioslam.results import SlamResult
+from radioslam.server.access import Admin, Reader
+from radioslam.server.context import Context, context_of
+from radioslam.server.mapping import FLOORS
+from radioslam.server.messages import Address, BuildInfo, Label, MapInfo
+from radioslam.server.routes_sites import SiteId
+from radioslam.server.store import find_site
+from radioslam.server.tables import Build, StoredMap
+
+router = APIRouter(prefix="/sites/{site_id}", tags=["maps"])
+Version = Annotated[
+    Annotated[int, PathParameter(ge=1, le=2**31 - 1)] | Literal["latest"], PathParameter(description="Or latest.")
+]
+Floor = Annotated[Label | None, Query(description="Name of the floor; default: the first.")]
+HEAT_CELL_M = 1.0
+
+
+@router.get("/build")
+def get_build(request: Request, site_id: SiteId, _: Reader) -> BuildInfo:
+    """How the making of the map stands."""
+    with context_of(request).database.read() as session:
+        find_site(session, site_id)
+        build = session.get_one(Build, site_id)
+        return BuildInfo.model_validate({key: getattr(build, key) for key in BuildInfo.model_fields})
+
+
+@router.post("/build", status_code=202)
+def want_build(request: Request, site_id: SiteId, caller: Admin) -> BuildInfo:
+    """Make the map again as soon as the worker is free."""
+    with context_of(request).database.write() as session:
+        find_site(session, site_id)
+        session.execute(update(Build).where(Build.site_id == site_id).values(wanted=True))
+    return get_build(request, site_id, caller)
+
+
+@router.get("/maps")
+def list_maps(request: Request, site_id: SiteId, _: Reader) -> list[MapInfo]:
+    """All versions, the newest first."""
+    query = select(StoredMap).where(StoredMap.site_id == site_id).order_by(StoredMap.version.desc())
+    with context_of(request).database.read() as session:
+        find_site(session, site_id)
+        return [_info(one) for one in session.scalars(query)]
+
+
+@router.get("/maps/{version}")
+def get_map(request: Request, site_id: SiteId, version: Version, _: Reader) -> MapInfo:
+    """One version."""
+    return _info(find_map(context_of(request), site_id, version))
+
+
+@router.get("/maps/{version}/paths")
+def get_paths(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
+    """Each walk before and after: ``odometry`` and ``estimate`` rows of x, y; ``reference`` where it is known."""
+    return _answer(_paths(_result(request, site_id, version, floor)))
+
+
+@router.get("/maps/{version}/loops")
+def get_loops(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
+    """Loops that were kept: both ends, similarity, σ and how far apart they ended."""
+    return _answer(_loops(_result(request, site_id, version, floor)))
+
+
+@router.get("/maps/{version}/access-points")
+def get_access_points(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
+    """Each access point: how often and how strongly it was heard, where it stands, its health."""
+    from radioslam.access_points import as_rows
+
+    return as_rows(_result(request, site_id, version, floor).radio_map)
+
+
+@router.get("/maps/{version}/heat")
+def get_heat(
+    request: Request,
+    site_id: SiteId,
+    version: Version,
+    _: Reader,
+    access_point: Annotated[Address, Query()],
+    floor: Floor = None,
+) -> Any:
+    """One access point's field on a grid: rows of x, y, mean dBm, σ dB, probability of being heard."""
+    from radioslam.coverage import cover
+
+    samples = _main(_result(request, site_id, version, floor).radio_map)
+    if access_point not in samples.transmitters:
+        raise NotFoundError(f"expected an access point of the map, found {access_point!r}")
+    column = np.array([samples.transmitters.index(access_point)])
+    field = cover(samples, HEAT_CELL_M, column)
+    rows = np.column_stack([field.positions_xy, field.mean_dbm, field.uncertainty, field.detection])
+    return _answer({"cell_m": HEAT_CELL_M, "rows": rows})
+
+
+@router.get("/maps/{version}/coverage")
+def get_coverage(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
+    """Where to walk next: rows of x, y and the field's σ in dB, the worst first."""
+    from radioslam.coverage import walk_next
+
+    return _answer(walk_next(_main(_result(request, site_id, version, floor).radio_map)))
+
+
+@router.get("/maps/{version}/errors")
+def get_errors(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
+    """Errors against the references that the walks had."""
+    from radioslam.evaluation import evaluate
+
+    result = _result(request, site_id, version, floor)
+    if not result.judged.any():
+        raise NotFoundError("expected walks with true positions, found none")
+    return _answer(evaluate(result, None, 60.0).as_dict())
+
+
+@router.get("/maps/{version}/files", response_class=Response, responses={200: {"content": {"application/zip": {}}}})
+def get_files(request: Request, site_id: SiteId, version: Version, _: Reader) -> Response:
+    """The result folders of all floors and the joined radio map, as a zip."""
+    folder = _folder(context_of(request), site_id, version)
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in sorted(folder.rglob("*")):
+            if path.is_file():
+                archive.write(path, path.relative_to(folder).as_posix())
+    name = f"{site_id}-{folder.name}.zip"
+    return Response(
+        packed.getvalue(),
+        headers={"Content-Disposition": f'attachment; filename="{name}"'},
+        media_type="application/zip",
+    )
+
+
+def find_map(context: Context, site_id: str, version: int | str) -> StoredMap:
+    """A version, or NotFoundError."""
+    query = select(StoredMap).where(StoredMap.site_id == site_id).order_by(StoredMap.version.desc()).limit(1)
+    if version != "latest":
+        query = query.where(StoredMap.version == version)
+    with context.database.read() as session:
+        found = session.scalar(query)
+        if found is None:
+            find_site(session, site_id)
+            raise NotFoundError(f"expected a version of the map of {site_id!r}, found {version}; see its maps")
+        return found
+
+
+def _folder(context: Context, site_id: str, version: int | str) -> Path:
+    return context.settings.maps / site_id / str(find_map(context, site_id, version).version)
+
+
+def _result(request: Request, site_id: str, version: int | str, floor: str | None) -> SlamResult:
+    folder = _folder(context_of(request), site_id, version)
+    floors = json.loads((folder / FLOORS).read_text("utf-8"))
+    if floor is not None and floor not in floors:
+        raise NotFoundError(f"expected a floor of {', '.join(map(repr, floors))}, found {floor!r}")
+    return _load(folder / f"floor-{floors.index(floor) if floor is not None else 0}")
+
+
+@lru_cache(maxsize=8)
+def _load(folder: Path) -> SlamResult:
+    return SlamResult.load(folder)
+
+
+def _info(one: StoredMap) -> MapInfo:
+    return MapInfo(version=one.version, made_s=one.made_s, summary=one.summary)
+
+
+def _main(radio_map: RadioMap) -> RadioMap:
+    return radio_map.select(radio_map.map == 0)
+
+
+def _paths(result: SlamResult) -> list[dict[str, Any]]:
+    samples, paths = result.radio_map, []
+    for k, name in enumerate(samples.walks):
+        here = samples.walk == k
+        fixes = result.references[k]
+        paths.append(
+            {
+                "walk": name,
+                "map": int(result.map_of_walk[k]),
+                "device": result.devices[k] if result.devices else "",
+                "time_s": samples.time_s[here],
+                "odometry": result.odometry_poses[here, :2],
+                "estimate": samples.poses[here],
+                "sigma_m": samples.sigma_m[here],
+                "reference": None if fixes is None else fixes.positions_xy,
+            }
+        )
+    return paths
+
+
+def _loops(result: SlamResult) -> dict[str, Any]:
+    kept, samples = result.loops.kept, result.radio_map
+    apart_m = np.hypot(*(samples.poses[kept.i, :2] - samples.poses[kept.j, :2]).T)
+    columns = (
+        samples.walk[kept.i], samples.time_s[kept.i], samples.walk[kept.j], samples.time_s[kept.j],
+        samples.poses[kept.i, :2], samples.poses[kept.j, :2],
+        kept.similarity, result.uncertainty.sigma(kept.similarity), apart_m,
+    )  # fmt: skip
+    names = ["walk_i", "time_i_s", "walk_j", "time_j_s", "x_i_m", "y_i_m", "x_j_m", "y_j_m", "similarity", "sigma_m"]
+    rows = np.column_stack(columns)
+    return {"walks": samples.walks, "candidates": len(result.loops.pairs), "columns": [*names, "apart_m"], "rows": rows}
+
+
+def _answer(content: Any) -> Response:
+    """JSON with arrays as lists and what is no number as null."""
+    return Response(json.dumps(_plain(content), allow_nan=False), media_type="application/json")
+
+
+def _plain(content: Any) -> Any:
+    if isinstance(content, np.ndarray):
+        return _finite(content)
+    if isinstance(content, dict):
+        return {key: _plain(value) for key, value in content.items()}
+    if isinstance(content, list | tuple):
+        return [_plain(value) for value in content]
+    if isinstance(content, float | np.floating):
+        return round(float(content), 4) if np.isfinite(content) else None
+    return content.item() if isinstance(content, np.generic) else content
+
+
+def _finite(array: NDArray[Any]) -> Any:
+    rounded = np.round(array.astype(float), 4).astype(object)
+    rounded[~np.isfinite(array.astype(float))] = None
+    return rounded.tolist()
