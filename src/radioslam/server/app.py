@@ -17,6 +17,7 @@ from radioslam.server import problems, routes_health, routes_maps, routes_positi
 from radioslam.server.access import KeyMemory
 from radioslam.server.context import Context
 from radioslam.server.database import Database
+from radioslam.server.group_commit import GroupCommit
 from radioslam.server.limits import BodyLimit, Rates
 from radioslam.server.live import Broadcast
 from radioslam.server.messages import ProblemResponse
@@ -67,6 +68,7 @@ def _context(settings: Settings) -> Context:
     return Context(
         settings=settings,
         database=database,
+        writes=GroupCommit(database),
         hide=hider(settings.data, settings.hash_bssids),
         keys=KeyMemory(),
         rates=Rates(settings.limits.batches_per_s),
@@ -96,6 +98,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     watching.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await watching
+    context.writes.close()
     context.database.close()
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from fastapi import Request
 
 from radioslam.server.database import Database
+from radioslam.server.group_commit import GroupCommit
 from radioslam.server.privacy import Hide
 from radioslam.server.settings import Settings
 
@@ -25,6 +26,7 @@ class Context:
 
     settings: Settings
     database: Database
+    writes: GroupCommit
     hide: Hide
     keys: KeyMemory
     rates: Rates

@@ -9,7 +9,7 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Engine, create_engine, event, text
+from sqlalchemy import Connection, Engine, create_engine, event, text
 from sqlalchemy.dialects import postgresql, sqlite
 from sqlalchemy.engine import make_url
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError
@@ -31,6 +31,7 @@ class Database:
         self.embedded = self.engine.dialect.name == "sqlite"
         # SQLite has one writer: waiting in line here is fairer than its busy loop.
         self._turn = threading.Lock() if self.embedded else nullcontext()
+        self._writing = self.engine.execution_options(writes=True)
 
     @contextmanager
     def read(self) -> Iterator[Session]:
@@ -41,7 +42,7 @@ class Database:
     @contextmanager
     def write(self) -> Iterator[Session]:
         """A transaction: durable when the block ends, undone when it raises."""
-        with told_simply(), self._turn, Session(self.engine, expire_on_commit=False) as session, session.begin():
+        with told_simply(), self._turn, Session(self._writing, expire_on_commit=False) as session, session.begin():
             yield session
 
     def insert_once(self, session: Session, table: type[Table], **values: Any) -> bool:
@@ -57,7 +58,7 @@ class Database:
 
         config = AlembicConfig()
         config.set_main_option("script_location", str(MIGRATIONS).replace("%", "%%"))
-        with told_simply(), self.engine.begin() as connection:
+        with told_simply(), self._writing.begin() as connection:
             config.attributes["connection"] = connection
             command.upgrade(config, "head")
 
@@ -111,7 +112,8 @@ def _engine(url: str) -> Engine:
 
 
 def _sqlite(url: str) -> Engine:
-    engine = create_engine(url, pool_size=20, pool_timeout=WAIT_S, connect_args={"timeout": WAIT_S})
+    wait = {"timeout": WAIT_S, "isolation_level": None}  # BEGIN is ours: savepoints and early locks need it
+    engine = create_engine(url, pool_size=20, pool_timeout=WAIT_S, connect_args=wait)
 
     @event.listens_for(engine, "connect")
     def _prepare(connection: sqlite3.Connection, _: object) -> None:
@@ -119,5 +121,10 @@ def _sqlite(url: str) -> Engine:
         connection.execute("PRAGMA synchronous = FULL")  # acknowledged is on the disk, even if the power fails
         connection.execute("PRAGMA foreign_keys = ON")
         connection.execute("PRAGMA secure_delete = ON")  # what was erased is gone from the file, too
+
+    @event.listens_for(engine, "begin")
+    def _begin(connection: Connection) -> None:
+        writes = connection.get_execution_options().get("writes", False)
+        connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 
     return engine

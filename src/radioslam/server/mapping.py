@@ -12,16 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from radioslam.config import Config, load_config
+from radioslam.config import Config
 from radioslam.errors import LogError, MappingError
 from radioslam.formats.registry import share_origin
 from radioslam.map_export import merge
 from radioslam.results import SlamResult
-from radioslam.server.messages import NewSite
+from radioslam.server.map_files import FLOORS, RADIO_MAP, floor_folder
 from radioslam.slam import map_walks
 from radioslam.walk import Walk, check_walk
-
-RADIO_MAP, FLOORS = "radio_map.parquet", "floors.json"
 
 
 @dataclass(frozen=True)
@@ -38,21 +36,6 @@ class SiteMap:
             "floors": [{"floor": floor, **summary} for floor, summary in zip(self.floors, self.summaries, strict=True)],
             "skipped": [{"walk": walk, "reason": reason} for walk, reason in self.skipped],
         }
-
-
-def site_config(starts: str, heading: str, overrides: Sequence[str]) -> Config:
-    """The configuration of a site.
-
-    Raises:
-        ConfigError: an unknown key or a value out of range.
-    """
-    named = [f"merging.starts={starts}", f"merging.heading={heading}"]
-    return load_config("default", overrides=[*overrides, *named], environment={})
-
-
-def check_site(new: NewSite) -> None:
-    """Refuse a site whose configuration cannot be; raises ConfigError."""
-    site_config(new.starts, new.heading, new.overrides)
 
 
 def make_map(walks: Sequence[Walk], config: Config, folder: Path, tell: Callable[[str], None]) -> SiteMap:
@@ -76,7 +59,7 @@ def make_map(walks: Sequence[Walk], config: Config, folder: Path, tell: Callable
         raise MappingError("; ".join(sorted({reason for _, reason in skipped})) or "expected walks, found none")
     tell("writing")
     for k, (_, result) in enumerate(results):
-        result.save(folder / f"floor-{k}")
+        result.save(floor_folder(folder, k))
     floors = tuple(label for label, _ in results)
     maps = [result.radio_map for _, result in results]
     (merge(maps, floors) if len(maps) > 1 else maps[0]).save(folder / RADIO_MAP)

@@ -8,6 +8,7 @@ import time
 from collections import OrderedDict
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +17,14 @@ from sqlalchemy import select
 from radioslam import planar
 from radioslam.config import load_config
 from radioslam.errors import NotFoundError, PositioningError, UnavailableError
-from radioslam.positioning import Positioner
-from radioslam.radio_map import RadioMap
 from radioslam.server.database import Database
-from radioslam.server.mapping import RADIO_MAP
+from radioslam.server.map_files import RADIO_MAP
 from radioslam.server.store import find_site
 from radioslam.server.tables import StoredMap
-from radioslam.tracking import follow
 from radioslam.walk import RadioScans, Signal, Walk
+
+if TYPE_CHECKING:
+    from radioslam.positioning import Positioner
 
 Array = NDArray[np.float64]
 
@@ -82,6 +83,9 @@ class Positioners:
         with lock:
             ready = self._ready.get(site_id)
             if ready is None or ready.version != version:
+                from radioslam.positioning import Positioner
+                from radioslam.radio_map import RadioMap
+
                 path = self._maps / site_id / str(version) / RADIO_MAP
                 ready = Ready(version, Positioner.of(RadioMap.load(path)))
                 self._ready[site_id] = ready
@@ -171,6 +175,8 @@ def _forget(session: _Session) -> None:
 
 
 def _follow(session: _Session, positioner: Positioner) -> Followed:
+    from radioslam.tracking import follow
+
     pose_s = np.array(sorted(session.poses))
     scans = {t: s for t, s in session.scans.items() if len(pose_s) and pose_s[0] <= t <= pose_s[-1]}
     if len(pose_s) < 2 or not scans:

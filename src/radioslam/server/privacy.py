@@ -15,7 +15,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from radioslam.errors import ConfigError, LogError
-from radioslam.map_health import locally_administered
 
 SECRET_FILE = "bssid.secret"
 SECRET_BYTES = 32
@@ -62,6 +61,8 @@ def _is_opted_out(line: bytes, pattern: re.Pattern[bytes]) -> bool:
 
 def hashed(address: str, secret: bytes) -> str:
     """46 bits of BLAKE2b under a secret, written as an address that is local if ``address`` is."""
+    from radioslam.map_health import locally_administered
+
     digest = bytearray(hashlib.blake2b(address.encode(), key=secret, digest_size=6).digest())
     digest[0] = digest[0] & 0xFC | (0x02 if locally_administered(address) else 0)
     return ":".join(f"{octet:02x}" for octet in digest)

@@ -5,33 +5,30 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import numpy as np
 from fastapi import APIRouter, Query, Request, Response
 from fastapi import Path as PathParameter
-from numpy.typing import NDArray
 from sqlalchemy import select, update
 
 from radioslam.errors import NotFoundError
-from radioslam.radio_map import RadioMap
-from radioslam.results import SlamResult
 from radioslam.server.access import Admin, Reader
 from radioslam.server.context import Context, context_of
-from radioslam.server.mapping import FLOORS
+from radioslam.server.map_files import FLOORS, floor_folder
 from radioslam.server.messages import Address, BuildInfo, Label, MapInfo
 from radioslam.server.routes_sites import SiteId
 from radioslam.server.store import find_site
 from radioslam.server.tables import Build, StoredMap
+
+if TYPE_CHECKING:
+    from radioslam.results import SlamResult
 
 router = APIRouter(prefix="/sites/{site_id}", tags=["maps"])
 Version = Annotated[
     Annotated[int, PathParameter(ge=1, le=2**31 - 1)] | Literal["latest"], PathParameter(description="Or latest.")
 ]
 Floor = Annotated[Label | None, Query(description="Name of the floor; default: the first.")]
-HEAT_CELL_M = 1.0
 
 
 @router.get("/build")
@@ -70,13 +67,13 @@ def get_map(request: Request, site_id: SiteId, version: Version, _: Reader) -> M
 @router.get("/maps/{version}/paths")
 def get_paths(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
     """Each walk before and after: ``odometry`` and ``estimate`` rows of x, y; ``reference`` where it is known."""
-    return _answer(_paths(_result(request, site_id, version, floor)))
+    return _view("paths", _result(request, site_id, version, floor))
 
 
 @router.get("/maps/{version}/loops")
 def get_loops(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
     """Loops that were kept: both ends, similarity, σ and how far apart they ended."""
-    return _answer(_loops(_result(request, site_id, version, floor)))
+    return _view("loops", _result(request, site_id, version, floor))
 
 
 @router.get("/maps/{version}/access-points")
@@ -97,34 +94,19 @@ def get_heat(
     floor: Floor = None,
 ) -> Any:
     """One access point's field on a grid: rows of x, y, mean dBm, σ dB, probability of being heard."""
-    from radioslam.coverage import cover
-
-    samples = _main(_result(request, site_id, version, floor).radio_map)
-    if access_point not in samples.transmitters:
-        raise NotFoundError(f"expected an access point of the map, found {access_point!r}")
-    column = np.array([samples.transmitters.index(access_point)])
-    field = cover(samples, HEAT_CELL_M, column)
-    rows = np.column_stack([field.positions_xy, field.mean_dbm, field.uncertainty, field.detection])
-    return _answer({"cell_m": HEAT_CELL_M, "rows": rows})
+    return _view("heat", _result(request, site_id, version, floor), access_point)
 
 
 @router.get("/maps/{version}/coverage")
 def get_coverage(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
     """Where to walk next: rows of x, y and the field's σ in dB, the worst first."""
-    from radioslam.coverage import walk_next
-
-    return _answer(walk_next(_main(_result(request, site_id, version, floor).radio_map)))
+    return _view("walk_here_next", _result(request, site_id, version, floor))
 
 
 @router.get("/maps/{version}/errors")
 def get_errors(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
     """Errors against the references that the walks had."""
-    from radioslam.evaluation import evaluate
-
-    result = _result(request, site_id, version, floor)
-    if not result.judged.any():
-        raise NotFoundError("expected walks with true positions, found none")
-    return _answer(evaluate(result, None, 60.0).as_dict())
+    return _view("errors", _result(request, site_id, version, floor))
 
 
 @router.get("/maps/{version}/files", response_class=Response, responses={200: {"content": {"application/zip": {}}}})
@@ -166,73 +148,17 @@ def _result(request: Request, site_id: str, version: int | str, floor: str | Non
     floors = json.loads((folder / FLOORS).read_text("utf-8"))
     if floor is not None and floor not in floors:
         raise NotFoundError(f"expected a floor of {', '.join(map(repr, floors))}, found {floor!r}")
-    return _load(folder / f"floor-{floors.index(floor) if floor is not None else 0}")
+    from radioslam.server.map_views import load
+
+    return load(floor_folder(folder, floors.index(floor) if floor is not None else 0))
 
 
-@lru_cache(maxsize=8)
-def _load(folder: Path) -> SlamResult:
-    return SlamResult.load(folder)
+def _view(name: str, result: SlamResult, *arguments: str) -> Response:
+    from radioslam.server import map_views
+
+    content = map_views.plain(getattr(map_views, name)(result, *arguments))
+    return Response(json.dumps(content, allow_nan=False), media_type="application/json")
 
 
 def _info(one: StoredMap) -> MapInfo:
     return MapInfo(version=one.version, made_s=one.made_s, summary=one.summary)
-
-
-def _main(radio_map: RadioMap) -> RadioMap:
-    return radio_map.select(radio_map.map == 0)
-
-
-def _paths(result: SlamResult) -> list[dict[str, Any]]:
-    samples, paths = result.radio_map, []
-    for k, name in enumerate(samples.walks):
-        here = samples.walk == k
-        fixes = result.references[k]
-        paths.append(
-            {
-                "walk": name,
-                "map": int(result.map_of_walk[k]),
-                "device": result.devices[k] if result.devices else "",
-                "time_s": samples.time_s[here],
-                "odometry": result.odometry_poses[here, :2],
-                "estimate": samples.poses[here],
-                "sigma_m": samples.sigma_m[here],
-                "reference": None if fixes is None else fixes.positions_xy,
-            }
-        )
-    return paths
-
-
-def _loops(result: SlamResult) -> dict[str, Any]:
-    kept, samples = result.loops.kept, result.radio_map
-    apart_m = np.hypot(*(samples.poses[kept.i, :2] - samples.poses[kept.j, :2]).T)
-    columns = (
-        samples.walk[kept.i], samples.time_s[kept.i], samples.walk[kept.j], samples.time_s[kept.j],
-        samples.poses[kept.i, :2], samples.poses[kept.j, :2],
-        kept.similarity, result.uncertainty.sigma(kept.similarity), apart_m,
-    )  # fmt: skip
-    names = ["walk_i", "time_i_s", "walk_j", "time_j_s", "x_i_m", "y_i_m", "x_j_m", "y_j_m", "similarity", "sigma_m"]
-    rows = np.column_stack(columns)
-    return {"walks": samples.walks, "candidates": len(result.loops.pairs), "columns": [*names, "apart_m"], "rows": rows}
-
-
-def _answer(content: Any) -> Response:
-    """JSON with arrays as lists and what is no number as null."""
-    return Response(json.dumps(_plain(content), allow_nan=False), media_type="application/json")
-
-
-def _plain(content: Any) -> Any:
-    if isinstance(content, np.ndarray):
-        return _finite(content)
-    if isinstance(content, dict):
-        return {key: _plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple):
-        return [_plain(value) for value in content]
-    if isinstance(content, float | np.floating):
-        return round(float(content), 4) if np.isfinite(content) else None
-    return content.item() if isinstance(content, np.generic) else content
-
-
-def _finite(array: NDArray[Any]) -> Any:
-    rounded = np.round(array.astype(float), 4).astype(object)
-    rounded[~np.isfinite(array.astype(float))] = None
-    return rounded.tolist()

@@ -11,7 +11,6 @@ from starlette.concurrency import run_in_threadpool
 
 from radioslam.errors import PositioningError
 from radioslam.georeference import frame_to_wgs84
-from radioslam.positioning import Location
 from radioslam.server.access import Reader
 from radioslam.server.context import Context, context_of
 from radioslam.server.messages import LocateRequest, LocationInfo, Reading, TrackRequest
@@ -56,7 +55,9 @@ def locate_scan(context: Context, site_id: str, readings: list[Reading]) -> Loca
     """One scan in the newest map of a site."""
     ready = context.positioners.get(site_id)
     scan = strengths(readings, context.hide)
-    location = ready.positioner.locate(scan) if scan else Location(None, reason="not here: nothing that may be used")
+    if not scan:
+        return LocationInfo(here=False, map_version=ready.version, reason="not here: no reading that may be used")
+    location = ready.positioner.locate(scan)
     if location.position_xy is None:
         return LocationInfo(here=False, map_version=ready.version, reason=location.reason)
     return with_degrees(

@@ -14,8 +14,8 @@ from radioslam.errors import NotFoundError, ServiceError
 from radioslam.georeference import fit_georeference
 from radioslam.server.access import Admin, AnyRole, Reader
 from radioslam.server.context import context_of
-from radioslam.server.mapping import check_site
 from radioslam.server.messages import Georeference, NewSite, SiteInfo, Slug
+from radioslam.server.site_config import check_site
 from radioslam.server.store import add_site, find_site
 from radioslam.server.tables import Plan, Site, StoredMap, StoredWalk
 

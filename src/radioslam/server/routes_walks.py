@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
 import re
 import tempfile
@@ -15,15 +16,14 @@ from fastapi import Path as PathParameter
 from sqlalchemy import select
 from starlette.concurrency import run_in_threadpool
 
-from radioslam.formats import write_walk
 from radioslam.server.access import Admin, Caller, Reader, Uploader
 from radioslam.server.context import Context, context_of
 from radioslam.server.messages import Accepted, Batch, Finish, Label, Name, NewWalk, Uploaded, WalkInfo
 from radioslam.server.recordings import body_of, packed, sealed
 from radioslam.server.routes_sites import SiteId
 from radioslam.server.store import (
-    accept,
     add_walk,
+    batch_writer,
     erase_walks,
     find_site,
     find_walk,
@@ -33,7 +33,6 @@ from radioslam.server.store import (
     withdraw,
 )
 from radioslam.server.tables import StoredWalk
-from radioslam.server.uploads import read_upload
 from radioslam.walk import Walk
 
 router = APIRouter(tags=["walks"])
@@ -64,9 +63,8 @@ async def send_batch(request: Request, site_id: SiteId, name: WalkName, batch: B
     context.rates.take(caller.name)
     body, digest, dropped = packed(batch, context.hide)
     most = context.settings.limits.walk_bytes
-    duplicate = await run_in_threadpool(
-        accept, context.database, site_id, name, batch.sequence, (body, digest), caller, most
-    )
+    write = batch_writer(context.database, site_id, name, batch.sequence, (body, digest), caller, most)
+    duplicate = await asyncio.wrap_future(context.writes.submit(write))
     if batch.poses and not duplicate and context.live.watchers:
         poses = [(p.time_s, p.x_m, p.y_m, p.heading_rad) for p in batch.poses]
         context.live.publish(site_id, "poses", {"walk": name, "scans": len(batch.scans), "poses": poses})
@@ -120,6 +118,8 @@ async def run_in_threadpool_one(function: object, *arguments: object) -> Uploade
 def _add_file(
     context: Context, site_id: str, name: str, file: IO[bytes], contributor: str | None, caller: Caller
 ) -> Uploaded:
+    from radioslam.server.uploads import read_upload
+
     with context.database.read() as session:
         find_site(session, site_id)
     walks, dropped = read_upload(name, file, context.settings.limits)
@@ -136,7 +136,7 @@ def _add_whole(context: Context, site_id: str, name: str, walk: Walk, contributo
     add_walk(context.database, site_id, NewWalk(name=name, contributor=contributor, **about), caller)
     parts = sealed(body_of(walk, context.hide))
     most = context.settings.limits.walk_bytes
-    duplicate = accept(context.database, site_id, name, 0, parts, caller, most)
+    duplicate = context.writes.submit(batch_writer(context.database, site_id, name, 0, parts, caller, most)).result()
     finish(context.database, site_id, name, 1, caller)
     return duplicate
 
@@ -184,6 +184,8 @@ def erase_walk(request: Request, site_id: SiteId, name: WalkName, _: Admin) -> N
 )
 def export_contributor(request: Request, contributor: Contributor, _: Admin) -> Response:
     """All walks of a contributor as a zip of RadioSLAM's own format."""
+    from radioslam.formats import write_walk
+
     context = context_of(request)
     packed_walks = io.BytesIO()
     with zipfile.ZipFile(packed_walks, "w", zipfile.ZIP_DEFLATED) as archive, tempfile.TemporaryDirectory() as folder:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
@@ -86,7 +86,7 @@ def add_walk(database: Database, site_id: str, new: NewWalk, caller: Caller) -> 
         return made
 
 
-def accept(
+def batch_writer(
     database: Database,
     site_id: str,
     name: str,
@@ -94,35 +94,27 @@ def accept(
     sealed: tuple[bytes, str],
     caller: Caller,
     most_bytes: int,
-) -> bool:
-    """Store a batch; True where it had been accepted before. When this returns, it is durable.
+) -> Callable[[Session], bool]:
+    """What stores a batch within a transaction; it returns True where the batch had been accepted before.
 
-    Raises:
+    It raises:
         NotFoundError: no such walk.  ForbiddenError: it is another key's.
         ConflictError: the sequence number was accepted with other content, or the walk is closed.
         TooLargeError: the walk has become longer than allowed.
     """
     body, digest = sealed
-    with database.write() as session:
+
+    def accept(session: Session) -> bool:
         walk = _own(find_walk(session, site_id, name), caller)
-        new = database.insert_once(
-            session,
-            StoredBatch,
-            walk_number=walk.number,
-            sequence=sequence,
-            digest=digest,
-            body=body,
-            received_s=time.time(),
-        )
-        if not new:
-            key = (StoredBatch.walk_number == walk.number, StoredBatch.sequence == sequence)
-            if session.scalar(select(StoredBatch.digest).where(*key)) != digest:
-                raise ConflictError(
-                    f"batch {sequence} of {name!r} was accepted with other content; use the next number"
-                )
-            return True
-        _count(session, walk, len(body), most_bytes)
-        return False
+        key = {"walk_number": walk.number, "sequence": sequence}
+        if database.insert_once(session, StoredBatch, **key, digest=digest, body=body, received_s=time.time()):
+            _count(session, walk, len(body), most_bytes)
+            return False
+        if session.scalar(select(StoredBatch.digest).filter_by(**key)) != digest:
+            raise ConflictError(f"batch {sequence} of {name!r} was accepted with other content; use the next number")
+        return True
+
+    return accept
 
 
 def _count(session: Session, walk: StoredWalk, size_bytes: int, most_bytes: int) -> None:

@@ -50,7 +50,7 @@ class Supervisor:
                 if self.settings.worker:
                     self._keep_alive()
                 with contextlib.suppress(UnavailableError):
-                    self._publish(await run_in_threadpool(self._look))
+                    await self._publish(await run_in_threadpool(self._look))
                 await asyncio.sleep(LOOK_EVERY_S)
         finally:
             self.stop()
@@ -96,7 +96,7 @@ class Supervisor:
             rows = session.execute(query.join(newest, newest.c.site_id == Build.site_id, isouter=True))
             return [tuple(row) for row in rows]
 
-    def _publish(self, rows: list[tuple[str, int | None, str, bool, str, str]]) -> None:
+    async def _publish(self, rows: list[tuple[str, int | None, str, bool, str, str]]) -> None:
         for site_id, version, *build in rows:
             before = self._seen.get(site_id)
             self._seen[site_id] = (version, *build)
@@ -104,6 +104,18 @@ class Supervisor:
                 continue
             if version is not None and version != before[0]:
                 self.live.publish(site_id, "map", {"version": version})
+                self.live.publish(site_id, "loops", await run_in_threadpool(self._loops, site_id, version))
             if tuple(build) != before[1:]:
                 told = dict(zip(("state", "wanted", "step", "message"), build, strict=True))
                 self.live.publish(site_id, "build", told)
+
+    def _loops(self, site_id: str, version: int) -> dict[str, Any]:
+        """How many loops a version kept, over all floors."""
+        with self.database.read() as session:
+            made = session.get(StoredMap, (site_id, version))
+        floors = made.summary["floors"] if made else []
+        return {
+            "version": version,
+            "kept": sum(floor["loops"]["kept"] for floor in floors),
+            "candidates": sum(floor["loops"]["candidates"] for floor in floors),
+        }

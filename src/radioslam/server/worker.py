@@ -20,8 +20,9 @@ from sqlalchemy import delete, func, select, update
 from radioslam.errors import RadioSlamError, UnavailableError
 from radioslam.result_folder import whole_folder
 from radioslam.server.database import Database
-from radioslam.server.mapping import make_map, site_config
+from radioslam.server.mapping import make_map
 from radioslam.server.settings import Settings
+from radioslam.server.site_config import site_config
 from radioslam.server.store import load_walk, stamp
 from radioslam.server.tables import Build, Site, StoredMap, StoredWalk
 
