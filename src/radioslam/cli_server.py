@@ -25,7 +25,7 @@ DatabaseUrl = Annotated[
 Data = Annotated[Path, typer.Option("--data", help="Folder of maps and the embedded database.")]
 DEFAULT_DATA = Path("radioslam-data")
 KEY_VARIABLE = "RADIOSLAM_KEY"
-EXTRA = ("alembic", "fastapi", "httpx", "psycopg", "sqlalchemy", "uvicorn")
+EXTRA = ("alembic", "fastapi", "httpx2", "psycopg", "sqlalchemy", "uvicorn")
 
 keys = typer.Typer(help="API keys of the service.", no_args_is_help=True, add_completion=False, rich_markup_mode=None)
 

@@ -48,8 +48,8 @@ class Database:
     def insert_once(self, session: Session, table: type[Table], **values: Any) -> bool:
         """Insert a row unless its key is there already; whether it was inserted."""
         dialect: Any = sqlite if self.embedded else postgresql
-        result: Any = session.execute(dialect.insert(table).values(**values).on_conflict_do_nothing())
-        return bool(result.rowcount)
+        once = dialect.insert(table).values(**values).on_conflict_do_nothing()
+        return session.execute(once.returning(*table.__table__.primary_key)).first() is not None
 
     def migrate(self) -> None:
         """Bring the tables to this version's shape."""

@@ -20,7 +20,6 @@ STATUS: tuple[tuple[type[Exception], int], ...] = (
     (errors.TooLargeError, 413),
     (errors.TooFastError, 429),
     (errors.UnavailableError, 503),
-    (errors.ResultError, 503),  # a map's folder that went away between two versions
     (errors.RadioSlamError, 422),
 )
 """The first that fits counts."""

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-import httpx
+import httpx2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -85,8 +85,8 @@ class Replay:
         walks = walks if self.inertial else with_poses(walks)
         tally = Tally()
         headers = {"Authorization": f"Bearer {self.key}"} if self.key else {}
-        limits = httpx.Limits(max_connections=None, max_keepalive_connections=None)
-        async with httpx.AsyncClient(base_url=self.url, headers=headers, limits=limits, timeout=30.0) as client:
+        limits = httpx2.Limits(max_connections=None, max_keepalive_connections=None)
+        async with httpx2.AsyncClient(base_url=self.url, headers=headers, limits=limits, timeout=30.0) as client:
             phone = _Phone(self, client, tally)
             await phone.make_site()
             coming = self._walks(walks)
@@ -127,7 +127,7 @@ def with_poses(walks: Sequence[Walk]) -> list[Walk]:
 @dataclass(frozen=True)
 class _Phone:
     settings: Replay
-    client: httpx.AsyncClient
+    client: httpx2.AsyncClient
     tally: Tally
 
     async def make_site(self) -> None:
@@ -172,7 +172,7 @@ class _Phone:
     async def _try(self, path: str, body: Json) -> tuple[int, str]:
         try:
             response = await self.client.post(path, json=body)
-        except httpx.TransportError as error:
+        except httpx2.TransportError as error:
             return 0, str(error) or type(error).__name__
         return response.status_code, response.text[:500]
 

@@ -12,7 +12,7 @@ from fastapi import APIRouter, Query, Request, Response
 from fastapi import Path as PathParameter
 from sqlalchemy import select, update
 
-from radioslam.errors import NotFoundError
+from radioslam.errors import NotFoundError, ResultError, UnavailableError
 from radioslam.server.access import Admin, Reader
 from radioslam.server.context import Context, context_of
 from radioslam.server.map_files import FLOORS, floor_folder
@@ -144,13 +144,16 @@ def _folder(context: Context, site_id: str, version: int | str) -> Path:
 
 
 def _result(request: Request, site_id: str, version: int | str, floor: str | None) -> SlamResult:
-    folder = _folder(context_of(request), site_id, version)
-    floors = json.loads((folder / FLOORS).read_text("utf-8"))
-    if floor is not None and floor not in floors:
-        raise NotFoundError(f"expected a floor of {', '.join(map(repr, floors))}, found {floor!r}")
     from radioslam.server.map_views import load
 
-    return load(floor_folder(folder, floors.index(floor) if floor is not None else 0))
+    folder = _folder(context_of(request), site_id, version)
+    try:
+        floors = json.loads((folder / FLOORS).read_text("utf-8"))
+        if floor is not None and floor not in floors:
+            raise NotFoundError(f"expected a floor of {', '.join(map(repr, floors))}, found {floor!r}")
+        return load(floor_folder(folder, floors.index(floor) if floor is not None else 0))
+    except (OSError, ResultError) as error:
+        raise UnavailableError("the map went away while it was read; ask for the latest") from error
 
 
 def _view(name: str, result: SlamResult, *arguments: str) -> Response:

@@ -32,26 +32,25 @@ def read_upload(name: str, content: IO[bytes], limits: Limits) -> tuple[list[Wal
         place = Path(folder) / (_plain_name(name).partition(".")[0] or "log")
         place.mkdir()
         try:
-            _unpack(name, content, place, limits)
-            return _read(place)
+            return _read(_unpack(name, content, place, limits))
         except LogError as error:
-            raise ServiceError(str(error).replace(f"{place}/", "")) from None
+            raise ServiceError(str(error).replace(f"{place}/", "").replace(str(place), _plain_name(name))) from None
 
 
-def _read(folder: Path) -> tuple[list[Walk], int]:
+def _read(source: Path) -> tuple[list[Walk], int]:
     walks, dropped = [], 0
-    for path in find_logs([folder]):
+    for path in find_logs([source]):
         dropped += scrub(path, recognise(path).name)
         walks.append(check_walk(read_walk(path)))
     return share_origin(walks), dropped
 
 
-def _unpack(name: str, content: IO[bytes], folder: Path, limits: Limits) -> None:
+def _unpack(name: str, content: IO[bytes], folder: Path, limits: Limits) -> Path:
+    """Write what came below the folder; the log, or the folder where it was a zip."""
     budget = _Budget(limits)
     if not zipfile.is_zipfile(content):
         content.seek(0)
-        _copy(_plain_name(name), content, folder, budget)
-        return
+        return _copy(_plain_name(name), content, folder, budget)
     content.seek(0)
     try:
         with zipfile.ZipFile(content) as archive:
@@ -60,6 +59,7 @@ def _unpack(name: str, content: IO[bytes], folder: Path, limits: Limits) -> None
                     _copy(_inside(entry.filename), file, folder, budget, entry.compress_size)
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
         raise LogError(_plain_name(name), "a whole zip without a password", str(error), "pack it again") from None
+    return folder
 
 
 def _entries(archive: zipfile.ZipFile, limits: Limits) -> Iterator[zipfile.ZipInfo]:
@@ -94,7 +94,7 @@ class _Budget:
             raise TooLargeError(f"expected files packed at most 1 : {self.limits.unpacking_ratio:g}, found more")
 
 
-def _copy(name: str, file: IO[bytes], folder: Path, budget: _Budget, packed: int | None = None) -> None:
+def _copy(name: str, file: IO[bytes], folder: Path, budget: _Budget, packed: int | None = None) -> Path:
     """Write one file below the folder; gzip is unpacked on the way, so that readers find plain text."""
     target = folder / name.removesuffix(".gz")
     target.parent.mkdir(parents=True, exist_ok=True)
@@ -104,8 +104,11 @@ def _copy(name: str, file: IO[bytes], folder: Path, budget: _Budget, packed: int
             total += len(chunk)
             budget.spend(len(chunk), total, packed)
             out.write(chunk)
-    if target.stat().st_size and target.open("rb").read(2) == b"\x1f\x8b":
+    with target.open("rb") as written:
+        is_gzip = written.read(2) == b"\x1f\x8b"
+    if is_gzip:
         _gunzip(name, target, budget)
+    return target
 
 
 def _chunks(file: IO[bytes] | gzip.GzipFile) -> Iterator[bytes]:
