@@ -3,10 +3,10 @@ from pathlib import Path
 
 import pytest
 
-from radioslam.errors import ConfigError, GraphError, LogError, MappingError, RadioSlamError, ResultError
+from radioslam.errors import ConfigError, DoorError, GraphError, LogError, MappingError, RadioSlamError, ResultError
 
 
-@pytest.mark.parametrize("kind", [LogError, ConfigError, MappingError, GraphError, ResultError])
+@pytest.mark.parametrize("kind", [LogError, ConfigError, MappingError, GraphError, ResultError, DoorError])
 def test_every_error_is_of_one_tree(kind):
     assert issubclass(kind, RadioSlamError)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -18,7 +19,7 @@ FloorNames = Annotated[str, typer.Option(help="Name of the floor of each map, co
 
 def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
-    for command in (locate, track, health, coverage, export, georeference):
+    for command in (survey, locate, track, health, coverage, export, georeference):
         app.command()(command)
     app.command("access-points")(access_points)
     app.command("merge-maps")(merge_maps)
@@ -40,16 +41,47 @@ def load_map(path: Path) -> RadioMap:
     return RadioMap.load(path / "radio_map.parquet" if path.is_dir() else path)
 
 
+def survey(
+    logs: Annotated[list[Path], typer.Argument(metavar="LOGS...", help="Logs with positions, or folders of them.")],
+    out: Out = Path("survey.parquet"),
+) -> None:
+    """Make a radio map of scans whose positions the logs know; no motion is needed, nothing is corrected."""
+    from radioslam.config import load_config
+    from radioslam.formats import read_walks
+    from radioslam.surveying import survey_map
+
+    surveyed = survey_map(read_walks(logs, check=False), load_config().fingerprints)
+    surveyed.save(out)
+    typer.echo(f"{len(surveyed)} scans of {len(surveyed.transmitters)} access points in {out}")
+
+
 def locate(
     map: Map,
-    scans: Annotated[list[Path], typer.Argument(metavar="SCAN...", help="JSON of access point -> RSS in dBm.")],
+    scans: Annotated[
+        list[Path], typer.Argument(metavar="SCAN...", help="JSON of access point -> RSS in dBm, or logs with scans.")
+    ],
 ) -> None:
     """Position of scans, one JSON line each: position, deviations, 95 % radius, floor; or why it is not here."""
-    from radioslam.positioning import Positioner, read_scan
+    from radioslam.positioning import Positioner
 
-    read = [read_scan(path) for path in scans]
-    for path, location in zip(scans, Positioner.of(load_map(map)).locate_many(read), strict=True):
-        typer.echo(json.dumps({"scan": str(path), **location.as_dict()}))
+    read = [labelled for path in scans for labelled in _scans(path)]
+    locations = Positioner.of(load_map(map)).locate_many([scan for _, scan in read])
+    for (label, _), location in zip(read, locations, strict=True):
+        typer.echo(json.dumps({**label, **location.as_dict()}))
+
+
+def _scans(path: Path) -> Iterator[tuple[dict[str, Any], dict[str, float]]]:
+    """The scan of a JSON file, or those of a log with their times; scans that heard nothing have no place."""
+    from radioslam.formats import is_log, read_walk
+    from radioslam.positioning import read_scan
+
+    if not (path.is_file() and is_log(path)):
+        yield {"scan": str(path)}, read_scan(path)
+        return
+    wifi = read_walk(path).wifi
+    for time_s, scan in zip(wifi.scan_time_s.tolist(), wifi.as_dicts(), strict=True):
+        if scan:
+            yield {"scan": str(path), "time_s": time_s}, scan
 
 
 def track(

@@ -6,6 +6,7 @@
     ├── MappingError    these walks cannot be mapped
     │   └── GraphError  the pose graph is not one that can be solved
     ├── PositioningError  a scan cannot be placed in a map
+    ├── DoorError       a request to a location API is none, or cannot be answered
     ├── ResultError     a result folder cannot be written or read
     └── ServiceError    a request to the service cannot be met
         ├── UnauthorizedError  no key, or one that is not known
@@ -102,3 +103,19 @@ class TooFastError(ServiceError):
 
 class UnavailableError(ServiceError):
     """What is needed is not there for now; ask again."""
+
+
+class DoorError(RadioSlamError):
+    """A request to one of the location APIs is not as they have it, or asks what cannot be answered.
+
+    Attributes:
+        reason: ``parseError`` or ``notFound``, the word by which these APIs name it.
+    """
+
+    def __init__(self, reason: str, message: str) -> None:
+        self.reason = reason
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Let the error cross process borders with its reason."""
+        return (DoorError, (self.reason, str(self)))

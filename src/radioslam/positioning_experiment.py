@@ -21,13 +21,13 @@ from radioslam.positioning import Positioner
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult
 from radioslam.slam import map_walks
+from radioslam.surveying import SIGMA_M
 from radioslam.tracking import aligned_columns, track_walk
 from radioslam.walk import Walk
 
 Array = NDArray[np.float64]
 
 GROUPS = 4
-SURVEY_SIGMA_M = 0.3
 METHODS = ("knn", "locate", "track")
 SURVEYED = " surveyed"
 COLUMNS = ("mean", "median", "p75", "p95", "a/b", "inside %", "foreign %")
@@ -101,7 +101,7 @@ def surveyed(result: SlamResult) -> RadioMap:
     """The samples with a known truth, at their true positions."""
     samples, truth = result.radio_map, result.reference_xy
     poses = np.column_stack([truth, samples.poses[:, 2]])
-    sigma = np.full(len(samples), SURVEY_SIGMA_M)
+    sigma = np.full(len(samples), SIGMA_M)
     one = replace(samples, poses=poses, sigma_m=sigma, map=np.zeros_like(samples.map))
     return one.select(np.isfinite(truth[:, 0]))
 

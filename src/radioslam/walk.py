@@ -135,6 +135,13 @@ class RadioScans:
     def __len__(self) -> int:
         return len(self.scan_time_s)
 
+    def as_dicts(self) -> list[dict[str, float]]:
+        """Transmitter -> RSS in dBm of each scan."""
+        scans: list[dict[str, float]] = [{} for _ in range(len(self))]
+        for scan, transmitter, rss in zip(self.reading_scan, self.reading_transmitter, self.rss_dbm, strict=True):
+            scans[scan][self.transmitters[transmitter]] = float(rss)
+        return scans
+
     @property
     def reading_count(self) -> int:
         """Number of readings over all scans."""
@@ -247,6 +254,8 @@ def check_walk(walk: Walk) -> Walk:
     motion = walk.motion
     if motion is None or len(motion) < 2:
         advice = "record inertial sensors with the scans"
+        if walk.reference is not None and len(walk.reference) > 1:
+            advice += ", or make a survey of the known positions (radioslam survey)"
         raise LogError(path, "motion (odometry or accelerometer)", "none", advice)
     gaps = np.diff(motion.time_s)
     if gaps.max() > LONGEST_GAP_S:

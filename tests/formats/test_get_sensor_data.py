@@ -3,6 +3,7 @@ import pytest
 
 from radioslam.errors import LogError
 from radioslam.formats import get_sensor_data
+from radioslam.formats.streams import group_scan_times
 
 from .samples import SENSOR
 
@@ -76,7 +77,7 @@ def test_walks_over_several_floors_say_so(tmp_path):
 
 
 def test_scan_times_are_grouped_by_the_first():
-    grouped = get_sensor_data.group_scan_times(np.array([2.0, 0.0, 0.4, 0.6, 0.49]))
+    grouped = group_scan_times(np.array([2.0, 0.0, 0.4, 0.6, 0.49]))
     np.testing.assert_array_equal(grouped, [2.0, 0.0, 0.0, 0.6, 0.0])
 
 

@@ -11,12 +11,29 @@ from radioslam.errors import LogError
 from radioslam.formats import FORMATS, read_walk
 from radioslam.walk import check_walk
 
+from . import samples
 from .samples import INDOOR, OPEN_FOLDER, SCANS, SENSOR, TUM, WIFINE
 
-SAMPLES = {"indoor-location": INDOOR, "get-sensor-data": SENSOR, "wifine": WIFINE, "open": SCANS, "tum": TUM}
+SAMPLES = {
+    "indoor-location": INDOOR,
+    "get-sensor-data": SENSOR,
+    "wifine": WIFINE,
+    "open": SCANS,
+    "tum": TUM,
+    "ar-session": samples.AR_WIFI,
+    "ar-session poses": samples.POSES,
+    "ar-session arcore": samples.ARCORE_POSES,
+    "ar-session arkit": samples.ARKIT_POSES,
+    "termux": samples.TERMUX,
+    "iw-scan": samples.IW,
+    "wigle": samples.WIGLE,
+    "sensor-logger json": samples.SENSOR_LOGGER_JSON,
+    "sensor-logger push": samples.SENSOR_LOGGER_PUSH,
+}
 TOKENS = [
     *(b"nan", b"inf", b"-inf", b"1e308", b"-1e308", b"1e400", b"-", b"", b"0", b"127", b"-128", b"1_0"),
     *(b"\t", b";", b",", b" ", b"\n", b"\r", b"\r\n", b"\0", b"\xff\xfe", b"\xef\xbb\xbf", b'"', b"#", b"%"),
+    *(b"{", b"}", b"[", b"]", b"null", b"true", b":", b"1e999", b'""', b"BSS ", b"BSS 20:23:00:00:00:15(on", b"9e99"),
     *(b"1574559495401\tTYPE_WIFI\t", b"\tTYPE_", b"99999999999999999999", b"\xc3\x28", "é".encode()),
 ]
 damaged = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
@@ -66,7 +83,7 @@ def test_mangled_logs_are_read_or_refused(name: str, data: st.DataObject, tmp_pa
     strategy = mangled(SAMPLES[name]) | mangled_fields(SAMPLES[name])
     path.write_bytes(data.draw(strategy))
     read_or_refuse(path)
-    read_or_refuse(path, "open" if name == "tum" else name)
+    read_or_refuse(path, "open" if name == "tum" else name.split()[0])
 
 
 @pytest.mark.parametrize("partner", sorted(set(OPEN_FOLDER) - {"scans.csv"}))
@@ -87,6 +104,35 @@ def test_any_bytes_are_read_or_refused(format: str, content: bytes, tmp_path: Pa
     path = tmp_path / "walk.csv"
     path.write_bytes(content)
     read_or_refuse(path, format)
+
+
+@damaged
+@given(data=st.data())
+def test_mangled_zips_are_read_or_refused(data: st.DataObject, tmp_path: Path) -> None:
+    path = tmp_path / "walk.zip"
+    path.write_bytes(data.draw(mangled(samples.SENSOR_LOGGER)))
+    read_or_refuse(path)
+    read_or_refuse(path, "sensor-logger")
+
+
+@pytest.mark.parametrize("name", sorted(samples.SENSOR_LOGGER_FILES))
+@damaged
+@given(data=st.data())
+def test_mangled_files_of_a_zip_are_read_or_refused(name: str, data: st.DataObject, tmp_path: Path) -> None:
+    path, sample = tmp_path / "walk.zip", samples.SENSOR_LOGGER_FILES[name]
+    content = data.draw(mangled(sample) | mangled_fields(sample))
+    path.write_bytes(samples.zipped({**samples.SENSOR_LOGGER_FILES, name: content}))
+    read_or_refuse(path)
+
+
+@pytest.mark.parametrize("name", ["pose.csv", "ARCore_sensor_pose.txt", "walk.tum"])
+@damaged
+@given(data=st.data())
+def test_mangled_poses_beside_scans_are_read_or_refused(name: str, data: st.DataObject, tmp_path: Path) -> None:
+    sample = {"pose.csv": samples.POSES, "walk.tum": TUM}.get(name, samples.ARCORE_POSES)
+    (tmp_path / name).write_bytes(data.draw(mangled(sample) | mangled_fields(sample)))
+    (tmp_path / "wifi.csv").write_bytes(samples.AR_WIFI)
+    read_or_refuse(tmp_path / "wifi.csv")
 
 
 @damaged

@@ -8,9 +8,31 @@ from radioslam.errors import ConfigError, LogError
 from radioslam.formats import FORMATS, find_logs, read_walk, read_walks
 from radioslam.walk import Signal
 
-from .samples import INDOOR, OPEN_FOLDER, REFERENCE, SENSOR, TUM, WIFINE
+from .samples import (
+    AR_WIFI,
+    INDOOR,
+    IW,
+    OPEN_FOLDER,
+    REFERENCE,
+    SENSOR,
+    SENSOR_LOGGER,
+    TERMUX,
+    TUM,
+    WIFINE,
+    WIGLE,
+)
 
-SAMPLES = {"indoor-location": INDOOR, "get-sensor-data": SENSOR, "wifine": WIFINE, "open": OPEN_FOLDER["scans.csv"]}
+SAMPLES = {
+    "indoor-location": INDOOR,
+    "get-sensor-data": SENSOR,
+    "wifine": WIFINE,
+    "sensor-logger": SENSOR_LOGGER,
+    "ar-session": AR_WIFI,
+    "termux": TERMUX,
+    "iw-scan": IW,
+    "wigle": WIGLE,
+    "open": OPEN_FOLDER["scans.csv"],
+}
 
 
 @pytest.fixture
@@ -42,7 +64,7 @@ def test_formats_are_told_by_content(tmp_path, known):
 
 
 def test_an_unknown_format(tmp_path):
-    with pytest.raises(ConfigError, match="indoor-location, get-sensor-data, wifine, open; found 'csv'"):
+    with pytest.raises(ConfigError, match=r"indoor-location, get-sensor-data, wifine, .*, open; found 'csv'"):
         read_walk(tmp_path / "a.txt", format="csv")
 
 

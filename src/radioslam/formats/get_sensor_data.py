@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam.errors import LogError
+from radioslam.formats.fixes import geodetic_reference
 from radioslam.formats.lines import Layout, Lines, Table, parse, split_lines
 from radioslam.formats.loading import load, shown, walk_name
 from radioslam.formats.streams import (
     PHONE_SENTINELS_DBM,
     check_times,
-    make_reference,
+    group_scan_times,
     make_scans,
     make_signal,
     unit_quaternions,
@@ -29,8 +30,6 @@ from radioslam.walk import Inertial, RadioScans, Reference, Signal, Walk
 Array = NDArray[np.float64]
 Streams = dict[bytes, Lines]
 
-ONE_SCAN_S = 0.5
-"""Readings that follow the first of a scan by less belong to it."""
 CLOCK_JITTER_S = 5.0
 """The app's clock may lag behind the sensor's by as much; beyond, the sensor's clock is not to be trusted."""
 
@@ -173,40 +172,14 @@ def _finite(lines: Lines, index: int, text: bytes, title: str) -> float:
     return value
 
 
-def group_scan_times(time_s: Array, within_s: float = ONE_SCAN_S) -> Array:
-    """For each reading (n,) the time of the first reading of its scan."""
-    unique_s, index = np.unique(time_s, return_inverse=True)
-    first_s = unique_s.copy()
-    for i in range(1, len(unique_s)):
-        if unique_s[i] - first_s[i - 1] < within_s:
-            first_s[i] = first_s[i - 1]
-    grouped: Array = first_s[index]
-    return grouped
-
-
 def _reference(lines: Lines, notes: list[str]) -> tuple[Reference | None, str]:
     """Fixes in metres east and north of the log's first fix, and the floor."""
     if not len(lines):
         return None, ""
     time_s, latitude, longitude, floors = parse(lines, _POSI).numbers.T
-    _check_coordinates(lines, latitude, longitude)
-    first = int(time_s.argmin())
-    origin = (float(latitude[first]), float(longitude[first]))
-    from pymap3d import geodetic2enu
-
-    east, north, _ = geodetic2enu(latitude, longitude, 0.0, *origin, 0.0)
     if len(set(floors)) > 1:
         notes.append(f"reference on {len(set(floors))} floors, all taken as one plane")
-    reference = make_reference(lines, time_s, np.column_stack([east, north]), notes, origin)
-    return reference, f"{floors[first]:g}"
-
-
-def _check_coordinates(lines: Lines, latitude: Array, longitude: Array) -> None:
-    wrong = (np.abs(latitude) > 90) | (np.abs(longitude) > 180)
-    if wrong.any():
-        index = int(wrong.argmax())
-        found = f"{latitude[index]:g}, {longitude[index]:g}"
-        raise lines.error(index, "a latitude and longitude in degrees", found, "mend or remove the line")
+    return geodetic_reference(lines, time_s, latitude, longitude, notes), f"{floors[time_s.argmin()]:g}"
 
 
 def _device(lines: list[bytes]) -> str:

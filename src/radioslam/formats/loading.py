@@ -13,7 +13,8 @@ HEAD_BYTES = 8192
 
 _BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 _GZIP_MAGIC = b"\x1f\x8b"
-_ENDINGS = (".gz", ".txt", ".csv", ".log", ".tum", ".scans")
+ZIP_MAGIC = b"PK\x03\x04"
+_ENDINGS = (".gz", ".txt", ".csv", ".log", ".tum", ".scans", ".zip", ".json", ".jsonl", ".ndjson", ".wifi")
 
 
 def load(path: Path) -> bytes:
@@ -35,12 +36,14 @@ def load(path: Path) -> bytes:
 
 
 def load_head(path: Path) -> bytes:
-    """The first ``HEAD_BYTES`` of a log's text; raises as ``load`` does."""
+    """The first ``HEAD_BYTES`` of a log's text, or of a zip as it is; else raises as ``load`` does."""
     try:
         with path.open("rb") as stream:
             data = stream.read(HEAD_BYTES)
     except OSError as error:
         raise _unreadable(path, error) from None
+    if data.startswith(ZIP_MAGIC):
+        return data
     if _is_gzip(path, data):
         try:
             data = zlib.decompressobj(wbits=31).decompress(data, HEAD_BYTES)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam.errors import LogError
-from radioslam.formats import tum
+from radioslam.formats import pose_files, tum
 from radioslam.formats.lines import Layout, Lines, Table, parse, split_lines
 from radioslam.formats.loading import load, shown, walk_name
 from radioslam.formats.streams import check_unit, make_reference, make_scans, make_signal
@@ -53,7 +53,8 @@ _ABOUT_KEYS = ("device", "floor", "origin_latitude_deg", "origin_longitude_deg")
 def sniff(head: bytes) -> bool:
     """Whether the first bytes of a file are a scans CSV or a TUM trajectory."""
     first = head.split(b"\n", 1)[0].lower()
-    return (b"rssi_dbm" in first and (b"bssid" in first or b"time_s" in first)) or tum.sniff(head)
+    is_scans = b"rssi_dbm" in first and (b"bssid" in first or b"time_s" in first)
+    return is_scans or (tum.sniff(head) and not pose_files.sniff(head))
 
 
 def is_scans(path: Path) -> bool:

@@ -7,19 +7,37 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from radioslam.errors import ConfigError, LogError
-from radioslam.formats import get_sensor_data, indoor_location, open_format, wifine
+from radioslam.formats import (
+    ar_session,
+    get_sensor_data,
+    indoor_location,
+    iw_scan,
+    open_format,
+    sensor_logger,
+    termux,
+    wifine,
+    wigle,
+)
 from radioslam.formats.loading import load_head, shown
 from radioslam.walk import Walk, check_walk
 
 
+def _itself(path: Path) -> Path:
+    return path
+
+
 @dataclass(frozen=True)
 class Format:
-    """A log format: ``sniff`` judges by the first bytes of a file's text, ``read`` takes the file."""
+    """A log format: ``sniff`` judges by the first bytes of a file's text, ``read`` takes the file.
+
+    ``log_of`` tells for a file of a log that consists of several which of them stands for all.
+    """
 
     name: str
     title: str
     sniff: Callable[[bytes], bool]
     read: Callable[[Path], Walk]
+    log_of: Callable[[Path], Path] = _itself
 
 
 FORMATS: tuple[Format, ...] = (
@@ -36,10 +54,33 @@ FORMATS: tuple[Format, ...] = (
         get_sensor_data.read,
     ),
     Format("wifine", "WiFine CSV (scans at known positions, no motion)", wifine.sniff, wifine.read),
-    Format("open", "RadioSLAM's own: scans CSV beside a TUM trajectory", open_format.sniff, open_format.read),
+    Format(
+        "sensor-logger",
+        "Sensor Logger app: zip or JSON export, or pushed messages",
+        sensor_logger.sniff,
+        sensor_logger.read,
+        sensor_logger.log_of,
+    ),
+    Format(
+        "ar-session",
+        "WiFi CSV by its column names, beside poses of an ARCore or ARKit logger",
+        ar_session.sniff,
+        ar_session.read,
+        ar_session.log_of,
+    ),
+    Format("termux", "termux-wifi-scaninfo JSON (scans, no motion)", termux.sniff, termux.read),
+    Format("iw-scan", "iw dev … scan text (scans, no motion)", iw_scan.sniff, iw_scan.read),
+    Format("wigle", "WiGLE CSV (scans at latitudes and longitudes, no motion)", wigle.sniff, wigle.read),
+    Format(
+        "open",
+        "RadioSLAM's own: scans CSV beside a TUM trajectory",
+        open_format.sniff,
+        open_format.read,
+        open_format.log_of,
+    ),
 )
 
-_LOG_ENDINGS = (".txt", ".csv", ".log")
+_LOG_ENDINGS = (".txt", ".csv", ".log", ".zip")
 """Within a folder, a file that bears such an ending and cannot be read is a broken log, not a side file."""
 
 
@@ -53,7 +94,8 @@ def find_logs(paths: Iterable[Path | str]) -> list[Path]:
     for path in map(Path, paths):
         if not path.exists():
             raise LogError(path, "a log or a folder of logs", "no such file", "check the path")
-        for log in _logs_below(path) if path.is_dir() else [open_format.log_of(path)]:
+        for log in _logs_below(path) if path.is_dir() else [path]:
+            log = _log_of(log)
             found.setdefault(log.resolve(), log)
     return list(found.values())
 
@@ -76,6 +118,16 @@ def read_walk(path: Path | str, format: str = "auto") -> Walk:
     if not chosen:
         raise ConfigError(f"expected a format out of auto, {_names()}; found {format!r}")
     return chosen[0].read(path)
+
+
+def is_log(path: Path | str) -> bool:
+    """Whether the content is that of a known format.
+
+    Raises:
+        LogError: the file cannot be read.
+    """
+    head = load_head(Path(path))
+    return any(known.sniff(head) for known in FORMATS)
 
 
 def read_walks(
@@ -119,6 +171,16 @@ def share_origin(walks: Sequence[Walk]) -> list[Walk]:
     if origin is None:
         return list(walks)
     return [replace(walk, reference=walk.reference.with_origin(origin)) if walk.reference else walk for walk in walks]
+
+
+def _log_of(path: Path) -> Path:
+    """The file that stands for the log that this one belongs to."""
+    path = open_format.log_of(path)
+    try:
+        head = load_head(path)
+    except LogError:
+        return path
+    return next((known.log_of(path) for known in FORMATS if known.sniff(head)), path)
 
 
 def _find_all(paths: Iterable[Path | str], on_error: Callable[[LogError], None] | None) -> list[Path]:

@@ -16,6 +16,8 @@ BACKWARD_TOLERANCE_S = 1.0
 """Samples that come later by less are sorted, as sensor queues do that; by more, the clock was set."""
 PHONE_SENTINELS_DBM = (0.0, 127.0)
 """What phones report as RSS when they have none."""
+ONE_SCAN_S = 0.5
+"""Readings that follow the first of a scan by less belong to it."""
 _LARGEST_TIME_S = 1e11
 _LARGEST_VALUE = 1e6
 _LARGEST_POSITION_M = 1e6
@@ -110,12 +112,24 @@ def make_scans(
     )
 
 
+def group_scan_times(time_s: Array, within_s: float = ONE_SCAN_S) -> Array:
+    """For each reading (n,) the time of the first reading of its scan."""
+    unique_s, index = np.unique(time_s, return_inverse=True)
+    first_s = unique_s.copy()
+    for i in range(1, len(unique_s)):
+        if unique_s[i] - first_s[i - 1] < within_s:
+            first_s[i] = first_s[i - 1]
+    grouped: Array = first_s[index]
+    return grouped
+
+
 def make_reference(
     lines: Lines,
     time_s: Array,
     positions_xy: Array,
     notes: list[str],
     origin_wgs84: tuple[float, float] | None = None,
+    sigma_m: float | None = None,
 ) -> Reference | None:
     """True positions in the order of time; of fixes with one time the first counts. None if there are none.
 
@@ -135,7 +149,7 @@ def make_reference(
     unique_s, first = np.unique(time_s, return_index=True)
     if len(unique_s) < len(time_s):
         notes.append(f"{len(time_s) - len(unique_s)} reference positions with the time of another left out")
-    return Reference(unique_s, positions_xy[first], origin_wgs84)
+    return Reference(unique_s, positions_xy[first], origin_wgs84, sigma_m)
 
 
 def check_times(lines: Lines, time_s: Array) -> None:
