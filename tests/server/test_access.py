@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from radioslam.errors import ConfigError
+from radioslam.server.door_problems import PATHS
 from radioslam.server.keys import add_key, list_keys, remove_key
 from radioslam.server.serving import serve
 from radioslam.server.settings import Settings
@@ -41,6 +42,9 @@ def test_every_operation_but_health_needs_a_key(service):
     for method, path in [*asked, ("GET", "/openapi.json")]:
         for headers in ({}, {"Authorization": "Bearer rs_wrong"}, {"X-API-Key": ""}):
             answer = service.client.request(method, filled(path), headers=headers)
+            if path in PATHS:  # these APIs have their own shape
+                assert answer.json()["error"]["errors"][0]["reason"] == "keyInvalid"
+                continue
             assert answer.status_code == 401, (method, path, answer.text)
             assert set(answer.json()["error"]) == {"status", "kind", "message"}
     assert service.client.get("/health").json()["database"] == "ok"

@@ -55,7 +55,9 @@ def test_batches_in_any_order_and_repeated_make_the_walk(service, walk):
     sent = [batch for _, batch in batches(walk, 20.0)]
     order = [*sent, *sent[::2]]
     random.Random(1).shuffle(order)
-    answers = [service.post("/sites/office/walks/a/batches", batch, expect=200, role="upload").json() for batch in order]
+    answers = [
+        service.post("/sites/office/walks/a/batches", batch, expect=200, role="upload").json() for batch in order
+    ]
     assert sum(answer["duplicate"] for answer in answers) == len(sent[::2])
     info = service.post("/sites/office/walks/a/finish", {"batches": len(sent)}, expect=200, role="upload").json()
     assert (info["state"], info["batches"]) == ("finished", len(sent))
@@ -123,7 +125,9 @@ def zipped(folder) -> bytes:
 
 
 def upload(service, name, content, expect=201, role="upload", **query):
-    return service.ask("POST", "/sites/office/files", role=role, expect=expect, params={"name": name, **query}, content=content)
+    return service.ask(
+        "POST", "/sites/office/files", role=role, expect=expect, params={"name": name, **query}, content=content
+    )
 
 
 def test_zip_of_walks_is_read_once(service, tmp_path):

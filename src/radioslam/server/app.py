@@ -13,7 +13,15 @@ from starlette.responses import RedirectResponse
 from starlette.staticfiles import StaticFiles
 
 from radioslam.errors import ConfigError
-from radioslam.server import problems, routes_health, routes_maps, routes_positions, routes_sites, routes_walks
+from radioslam.server import (
+    problems,
+    routes_doors,
+    routes_health,
+    routes_maps,
+    routes_positions,
+    routes_sites,
+    routes_walks,
+)
 from radioslam.server.access import KeyMemory
 from radioslam.server.context import Context
 from radioslam.server.database import Database
@@ -28,7 +36,7 @@ from radioslam.server.supervisor import Supervisor
 from radioslam.server.tables import Fact
 
 PAGE = Path(__file__).parent / "page"
-ROUTES = (routes_health, routes_sites, routes_walks, routes_maps, routes_positions)
+ROUTES = (routes_health, routes_sites, routes_walks, routes_maps, routes_positions, routes_doors)
 ERRORS = (401, 403, 404, 409, 413, 422, 429, 503)
 
 

@@ -29,19 +29,27 @@ class BodyLimit:
             return
         most = self.limits.upload_bytes if scope["path"].endswith(UPLOADS) else self.limits.body_bytes
         body = _Counted(receive, most, time.monotonic() + self.limits.request_s)
+
+        async def send_unless_refused(message: Message) -> None:
+            if body.refusal is None:  # else it tells of a body that could not be read, and not why
+                await send(message)
+
         try:
             declared = Request(scope).headers.get("content-length", "0")
             if declared.isdigit() and int(declared) > most:
                 raise TooLargeError(f"expected at most {most} bytes, found {declared}; send smaller batches")
-            await self.app(scope, body.receive, send)
+            await self.app(scope, body.receive, send_unless_refused)
         except (TooLargeError, UnavailableError) as error:
-            await answer(error)(scope, receive, send)
+            body.refusal = error
+        if body.refusal is not None:
+            await answer(body.refusal, scope["path"])(scope, receive, send)
 
 
 class _Counted:
     def __init__(self, receive: Receive, most: int, until_s: float) -> None:
         self._receive, self._most, self._until_s = receive, most, until_s
         self._bytes, self._whole = 0, False
+        self.refusal: TooLargeError | UnavailableError | None = None
 
     async def receive(self) -> Message:
         if self._whole:  # the body is there; what comes now is the end of the connection
@@ -50,11 +58,13 @@ class _Counted:
             async with asyncio.timeout(max(self._until_s - time.monotonic(), 0)):
                 message = await self._receive()
         except TimeoutError:
-            raise UnavailableError("the body did not arrive in time; send it again, in smaller parts") from None
+            self.refusal = UnavailableError("the body did not arrive in time; send it again, in smaller parts")
+            raise self.refusal from None
         self._bytes += len(message.get("body", b""))
         self._whole = message["type"] != "http.request" or not message.get("more_body", False)
         if self._bytes > self._most:
-            raise TooLargeError(f"expected at most {self._most} bytes, found more; send smaller batches")
+            self.refusal = TooLargeError(f"expected at most {self._most} bytes, found more; send smaller batches")
+            raise self.refusal
         return message
 
 

@@ -14,39 +14,24 @@ import secrets
 from collections.abc import Callable
 from pathlib import Path
 
-from radioslam.errors import ConfigError, LogError
+from radioslam.errors import ConfigError
+from radioslam.privacy import may_be_mapped
 
 SECRET_FILE = "bssid.secret"
 SECRET_BYTES = 32
 Hide = Callable[[str], str]
 
-_HIDDEN = ("", "<hidden>", "<hidden ssid>", "<unknown ssid>", "(hidden)")
 _LINES = {
     "indoor-location": re.compile(rb"\tTYPE_WIFI\t(.*)\t(?:[0-9A-Fa-f]{2}:){5}[0-9A-Fa-f]{2}\t"),
     "get-sensor-data": re.compile(rb"^WIFI;[^;]*;[^;]*;(.*);(?:[0-9A-Fa-f]{2}:){5}[0-9A-Fa-f]{2};"),
 }
-"""Where the lines of a log format have the SSID."""
-_WITHOUT_SSID = ("wifine", "open")
-
-
-def opted_out(ssid: str | None) -> bool:
-    """Whether a network must be left out; without a name nobody can tell, and it is kept."""
-    if ssid is None:
-        return False
-    plain = ssid.replace("\0", "").strip().lower()
-    return plain in _HIDDEN or plain.endswith("_nomap") or "_optout" in plain
+"""Where the lines of a log format have the SSID; readers of the other formats leave such networks out themselves."""
 
 
 def scrub(path: Path, format: str) -> int:
-    """Take the lines of networks that opted out from a log's text; how many.
-
-    Raises:
-        LogError: it is not known where this format has its SSIDs.
-    """
-    if format in _WITHOUT_SSID:
-        return 0
+    """Take the lines of networks that opted out from a log's text; how many."""
     if format not in _LINES:
-        raise LogError(path.name, "a format whose network names the service can check", format, "convert it to open")
+        return 0
     lines = path.read_bytes().split(b"\n")
     kept = [line for line in lines if not _is_opted_out(line, _LINES[format])]
     if len(kept) < len(lines):
@@ -56,7 +41,7 @@ def scrub(path: Path, format: str) -> int:
 
 def _is_opted_out(line: bytes, pattern: re.Pattern[bytes]) -> bool:
     match = pattern.search(line)
-    return match is not None and opted_out(match[1].decode("utf-8", "replace"))
+    return match is not None and not may_be_mapped(match[1].decode("utf-8", "replace"))
 
 
 def hashed(address: str, secret: bytes) -> str:

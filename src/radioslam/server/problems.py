@@ -11,6 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import JSONResponse
 
 from radioslam import errors
+from radioslam.server.door_problems import PATHS, door_answer
 
 STATUS: tuple[tuple[type[Exception], int], ...] = (
     (errors.UnauthorizedError, 401),
@@ -39,9 +40,11 @@ def problem(status: int, message: str, headers: dict[str, str] | None = None) ->
     return JSONResponse(body, status, headers)
 
 
-def answer(error: Exception) -> JSONResponse:
-    """What a client is told of an error; of a bug only that there is one."""
+def answer(error: Exception, path: str) -> JSONResponse:
+    """What a client of a path is told of an error; of a bug only that there is one."""
     status = status_of(error)
+    if path in PATHS:
+        return door_answer(error, status)
     headers = {401: {"WWW-Authenticate": "Bearer"}, 429: {"Retry-After": "1"}, 503: {"Retry-After": "2"}}.get(status)
     if status == 500:
         return problem(status, "the service failed; its log says why")
@@ -53,11 +56,8 @@ def answer(error: Exception) -> JSONResponse:
 def install(app: FastAPI) -> None:
     """Let the application answer errors so."""
 
-    async def known(_: Request, error: Exception) -> JSONResponse:
-        return answer(error)
-
-    async def unknown(_: Request, error: Exception) -> JSONResponse:
-        return answer(error)
+    async def known(request: Request, error: Exception) -> JSONResponse:
+        return answer(error, request.url.path)
 
     async def of_http(_: Request, error: Exception) -> JSONResponse:
         assert isinstance(error, HTTPException)
@@ -71,7 +71,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(errors.RadioSlamError, known)
     app.add_exception_handler(HTTPException, of_http)
     app.add_exception_handler(RequestValidationError, invalid)
-    app.add_exception_handler(Exception, unknown)
+    app.add_exception_handler(Exception, known)
 
 
 def _validation(error: RequestValidationError) -> str:

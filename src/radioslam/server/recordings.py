@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import zlib
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,8 +17,9 @@ from numpy.typing import NDArray
 from pydantic_core import from_json, to_json
 
 from radioslam.errors import ServiceError
+from radioslam.privacy import may_be_mapped
 from radioslam.server.messages import Batch, Scan
-from radioslam.server.privacy import Hide, opted_out
+from radioslam.server.privacy import Hide
 from radioslam.walk import Inertial, RadioScans, Reference, Signal, Walk
 
 Array = NDArray[np.float64]
@@ -63,7 +65,7 @@ def _kept(scans: Sequence[Scan], hide: Hide) -> tuple[list[Any], int]:
     """Per scan its time and rows of address, strength, frequency, last seen; and the number of readings dropped."""
     rows, dropped = [], 0
     for scan in scans:
-        kept = [reading for reading in scan.readings if not opted_out(reading.ssid)]
+        kept = [reading for reading in scan.readings if may_be_mapped(reading.ssid)]
         dropped += len(scan.readings) - len(kept)
         rows.append((scan.time_s, [(hide(r.bssid), r.rssi_dbm, r.frequency_mhz, r.last_seen_s) for r in kept]))
     return rows, dropped
@@ -127,7 +129,16 @@ def _scan_rows(scans: RadioScans, hide: Hide) -> list[Any]:
 
 
 def assembled(name: str, bodies: Sequence[Body], device: str = "", floor: str = "") -> Walk:
-    """The walk of its bodies in the order of their sequence numbers; it may be one that cannot be mapped."""
+    """The walk of its bodies in the order of their sequence numbers; it may be one that cannot be mapped.
+
+    Raises:
+        LogError: messages of Sensor Logger that make no walk.
+    """
+    if any("message" in body for body in bodies):
+        from radioslam.formats.sensor_logger import walk_of_messages
+
+        walk = walk_of_messages([body["message"] for body in bodies if "message" in body], name)
+        return replace(walk, device=device, floor=floor)
     poses = _first_by_time(_columns(body.get("poses"), len(POSE)) for body in bodies)
     fixes = _first_by_time(_columns(body.get("fixes"), len(FIX)) for body in bodies)
     beacons = [scan for body in bodies for scan in body.get("beacons", ())]

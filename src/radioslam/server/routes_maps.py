@@ -149,6 +149,8 @@ def _result(request: Request, site_id: str, version: int | str, floor: str | Non
     folder = _folder(context_of(request), site_id, version)
     try:
         floors = json.loads((folder / FLOORS).read_text("utf-8"))
+        if not floors:
+            raise NotFoundError("expected walks that were mapped, found only positions that were known before")
         if floor is not None and floor not in floors:
             raise NotFoundError(f"expected a floor of {', '.join(map(repr, floors))}, found {floor!r}")
         return load(floor_folder(folder, floors.index(floor) if floor is not None else 0))

@@ -11,11 +11,12 @@ from starlette.concurrency import run_in_threadpool
 
 from radioslam.errors import PositioningError
 from radioslam.georeference import frame_to_wgs84
+from radioslam.privacy import may_be_mapped
 from radioslam.server.access import Reader
 from radioslam.server.context import Context, context_of
 from radioslam.server.messages import LocateRequest, LocationInfo, Reading, TrackRequest
-from radioslam.server.positions import Followed
-from radioslam.server.privacy import Hide, opted_out
+from radioslam.server.positions import Followed, Ready
+from radioslam.server.privacy import Hide
 from radioslam.server.routes_sites import SiteId
 from radioslam.server.store import find_site
 
@@ -57,23 +58,24 @@ def locate_scan(context: Context, site_id: str, readings: list[Reading]) -> Loca
     scan = strengths(readings, context.hide)
     if not scan:
         return LocationInfo(here=False, map_version=ready.version, reason="not here: no reading that may be used")
+    return with_degrees(context, site_id, located(ready, scan))
+
+
+def located(ready: Ready, scan: dict[str, float]) -> LocationInfo:
+    """The position of strengths by stored address, in metres."""
     location = ready.positioner.locate(scan)
     if location.position_xy is None:
         return LocationInfo(here=False, map_version=ready.version, reason=location.reason)
-    return with_degrees(
-        context,
-        site_id,
-        LocationInfo(
-            here=True,
-            map_version=ready.version,
-            x_m=location.position_xy[0],
-            y_m=location.position_xy[1],
-            sigma_x_m=location.sigma_xy[0],
-            sigma_y_m=location.sigma_xy[1],
-            radius_m=location.radius_m,
-            floor=location.floor,
-            floor_probability=location.floor_probability,
-        ),
+    return LocationInfo(
+        here=True,
+        map_version=ready.version,
+        x_m=location.position_xy[0],
+        y_m=location.position_xy[1],
+        sigma_x_m=location.sigma_xy[0],
+        sigma_y_m=location.sigma_xy[1],
+        radius_m=location.radius_m,
+        floor=location.floor,
+        floor_probability=location.floor_probability,
     )
 
 
@@ -81,7 +83,7 @@ def strengths(readings: list[Reading], hide: Hide) -> dict[str, float]:
     """Address as it is stored -> RSS in dBm, the stronger where one stands twice."""
     scan: dict[str, float] = {}
     for reading in readings:
-        if not opted_out(reading.ssid):
+        if may_be_mapped(reading.ssid):
             name = hide(reading.bssid)
             scan[name] = max(reading.rssi_dbm, scan.get(name, reading.rssi_dbm))
     return scan
@@ -91,7 +93,7 @@ def with_degrees(context: Context, site_id: str, info: LocationInfo) -> Location
     """With latitude and longitude where the site has them."""
     with context.database.read() as session:
         tie = find_site(session, site_id).georeference
-    if tie is None:
+    if tie is None or not info.here:
         return info
     import numpy as np
 

@@ -49,7 +49,7 @@ def add_site(database: Database, new: NewSite) -> bool:
             session, Site, **wanted, georeference=None, revision=0, erased_revision=0, created_s=now_s
         )
         if made:
-            session.add(Build(site_id=new.id, changed_s=now_s))
+            session.add(Build(site_id=new.id))
             return True
         site = find_site(session, new.id)
         if any(getattr(site, key) != value for key, value in wanted.items()):

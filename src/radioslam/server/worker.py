@@ -16,8 +16,9 @@ import time
 from collections.abc import Callable
 
 from sqlalchemy import delete, func, select, update
+from sqlalchemy.orm import Session
 
-from radioslam.errors import RadioSlamError, UnavailableError
+from radioslam.errors import LogError, RadioSlamError, UnavailableError
 from radioslam.result_folder import whole_folder
 from radioslam.server.database import Database
 from radioslam.server.mapping import make_map
@@ -25,6 +26,7 @@ from radioslam.server.settings import Settings
 from radioslam.server.site_config import site_config
 from radioslam.server.store import load_walk, stamp
 from radioslam.server.tables import Build, Site, StoredMap, StoredWalk
+from radioslam.walk import Walk
 
 LOOK_EVERY_S = 0.5
 MOST_ATTEMPTS = 3
@@ -89,7 +91,7 @@ class Worker:
     def _make(self, site: Site) -> None:
         with self.database.read() as session:
             query = select(StoredWalk).where(StoredWalk.site_id == site.id, StoredWalk.state != "withdrawn")
-            walks = [load_walk(session, walk) for walk in session.scalars(query.order_by(StoredWalk.name))]
+            walks, unread = _load(session, list(session.scalars(query.order_by(StoredWalk.name))))
             newest = session.scalar(select(func.max(StoredMap.version)).where(StoredMap.site_id == site.id))
         version = (newest or 0) + 1
         target = self.settings.maps / site.id / str(version)
@@ -97,7 +99,7 @@ class Worker:
         config = site_config(site.starts, site.heading, site.overrides)
         tell: Callable[[str], None] = lambda step: self._tell(site.id, step=step)  # noqa: E731
         with whole_folder(target, force=False) as folder:
-            made = make_map(walks, config, folder, tell)
+            made = make_map(walks, config, folder, tell, unread)
         with self.database.write() as session:
             session.add(
                 StoredMap(
@@ -128,6 +130,17 @@ class Worker:
         for folder in (self.settings.maps / site_id).glob("*"):
             if folder.name not in kept:
                 shutil.rmtree(folder, ignore_errors=True)
+
+
+def _load(session: Session, stored: list[StoredWalk]) -> tuple[list[Walk], list[tuple[str, str]]]:
+    """The walks, and names and reasons of those that cannot be put together."""
+    walks, unread = [], []
+    for one in stored:
+        try:
+            walks.append(load_walk(session, one))
+        except LogError as error:
+            unread.append((one.name, str(error)))
+    return walks, unread
 
 
 def _end_with_server() -> None:
