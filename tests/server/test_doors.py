@@ -19,6 +19,7 @@ from tests.server.test_privacy import readings
 WALKS = simulate("office", seed=1, walks=6)
 TIE = (53.0, 71.0, 0.3)
 NOW_S = 1_700_000_000
+ONE_NETWORK = b'{"wifiAccessPoints": [{"macAddress": "aa:bb:cc:dd:ee:ff"}]}'
 
 
 def tied(service, starts="known"):
@@ -57,7 +58,7 @@ def test_geolocate_answers_as_google_does(service):
         ("/v1/geolocate", "read", b"[]", 400, "parseError", "global"),
         ("/v1/geolocate", "read", b'{"wifiAccessPoints": 3}', 400, "parseError", "global"),
         ("/v1/geolocate", "read", b"", 404, "notFound", "geolocation"),
-        ("/v1/geolocate", "read", b'{"wifiAccessPoints": [{"macAddress": "aa:bb:cc:dd:ee:ff"}]}', 404, "notFound", "geolocation"),
+        ("/v1/geolocate", "read", ONE_NETWORK, 404, "notFound", "geolocation"),
         ("/v1/geolocate", "upload", b"{}", 400, "keyInvalid", "usageLimits"),
         ("/v2/geosubmit", "read", b"{}", 400, "keyInvalid", "usageLimits"),
         ("/v2/geosubmit", "upload", b"{}", 400, "parseError", "global"),

@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
+import json
 import os
 import time
 
-import hypothesis
 import pytest
 import schemathesis
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from schemathesis.checks import not_a_server_error
 
 from radioslam.server.replay import batches
 from radioslam.server.settings import Settings
 from radioslam.simulator import simulate
 from tests.server.service import Service
 
-EXAMPLES = int(os.environ.get("RADIOSLAM_MANGLED", "10"))
+EXAMPLES = int(os.environ.get("RADIOSLAM_MANGLED", "5"))
 """For each operation."""
 LONGEST_S = 20.0
+KNOWN = {"site_id": "office", "name": "office-00", "version": "latest"}
 GENTLE = settings(
     max_examples=EXAMPLES,
     deadline=None,
@@ -45,32 +45,40 @@ def service(tmp_path_factory):
 
 
 def operations(service):
-    schema = schemathesis.openapi.from_asgi(
-        "/openapi.json", service.app, headers={"Authorization": f"Bearer {service.keys['admin']}"}
-    )
-    return [one.ok() for one in schema.get_all_operations() if not one.ok().path.endswith("/events")]
+    found = schemathesis.openapi.from_dict(service.app.openapi()).get_all_operations()
+    return [one.ok() for one in found if not one.ok().path.endswith("/events")]
 
 
-def test_requests_from_the_description(service):
-    asked = 0
+def asked(service, case):
+    """The answer to a case; names that exist are put in so that more than the path is looked at."""
+    options = case.as_transport_kwargs(base_url="http://testserver")
+    for name, value in KNOWN.items():
+        if name in (case.path_parameters or {}) and case.method != "DELETE":
+            case.path_parameters[name] = value
+    options |= {"url": case.as_transport_kwargs(base_url="http://testserver")["url"]}
+    headers = {**options.pop("headers", {}), "Authorization": f"Bearer {service.keys['admin']}"}
+    headers = {key: value for key, value in headers.items() if str(value).isascii()}
+    if "data" in options and isinstance(options["data"], bytes | str):
+        options["content"] = options.pop("data")
+    options.pop("cookies", None)
+    return service.client.request(headers=headers, **options)
+
+
+@pytest.mark.parametrize("known", [True, False], ids=["known names", "any names"])
+def test_requests_from_the_description(service, known, monkeypatch):
+    if not known:
+        monkeypatch.setitem(globals(), "KNOWN", {})
     for operation in operations(service):
 
         @GENTLE
         @given(case=operation.as_strategy())
         def ask(case):
-            nonlocal asked
-            asked += 1
-            for name, value in (("site_id", "office"), ("name", "office-00"), ("version", "latest")):
-                if name in (case.path_parameters or {}) and asked % 3 and case.method != "DELETE":
-                    case.path_parameters[name] = value
             started_s = time.perf_counter()
-            headers = {"Authorization": f"Bearer {service.keys['admin']}"}
-            case.call_and_validate(headers=headers, checks=[not_a_server_error])
+            answer = asked(service, case)
+            assert answer.status_code < 500, (case.method, case.path, answer.text)
             assert time.perf_counter() - started_s < LONGEST_S
 
-        with hypothesis.reporting.with_reporter(lambda _: None):
-            ask()
-    assert asked > 20 * EXAMPLES
+        ask()
 
 
 VALUES = st.recursive(
@@ -118,8 +126,6 @@ MESSAGES = {
 
 @pytest.mark.parametrize("path", MESSAGES)
 def test_messages_with_a_part_replaced(service, path):
-    import json
-
     @settings(GENTLE, max_examples=5 * EXAMPLES)
     @given(st.data())
     def ask(data):

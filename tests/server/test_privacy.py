@@ -1,4 +1,4 @@
-"""What must not be stored is not, everything works with hidden addresses, and a contributor's walks can be taken out."""
+"""What must not be stored is not; all works with hidden addresses; a contributor's walks can be taken out."""
 
 from __future__ import annotations
 

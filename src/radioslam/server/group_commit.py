@@ -23,24 +23,31 @@ MOST_AT_ONCE = 200
 
 
 class GroupCommit:
-    """The one who writes; ``close`` lets it finish."""
+    """The one who writes, from the first write on until ``close``."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
         self._waiting: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._run, name="group-commit", daemon=True)
-        self._thread.start()
+        self._thread: threading.Thread | None = None
+        self._starting = threading.Lock()
 
     def submit(self, write: Callable[[Session], Result]) -> Future[Result]:
         """What ``write`` returns, once it is durable; what it raises, once it is undone."""
         answer: Future[Result] = Future()
         self._waiting.put((write, answer))
+        with self._starting:
+            if self._thread is None:
+                self._thread = threading.Thread(target=self._run, name="group-commit", daemon=True)
+                self._thread.start()
         return answer
 
     def close(self) -> None:
         """Write what waits, then end."""
-        self._waiting.put(None)
-        self._thread.join()
+        with self._starting:
+            thread, self._thread = self._thread, None
+            if thread is not None:
+                self._waiting.put(None)
+                thread.join()
 
     def _run(self) -> None:
         while True:
@@ -61,6 +68,7 @@ class GroupCommit:
                 return
 
     def _write(self, jobs: list[Job]) -> None:
+        jobs = [job for job in jobs if job[1].set_running_or_notify_cancel()]
         done: list[tuple[Future[Any], Any, BaseException | None]] = []
         try:
             with self._database.write() as session:
