@@ -34,6 +34,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command()(serve)
     app.command()(replay)
+    app.command("serve-demo")(serve_demo)
     app.add_typer(keys, name="keys")
 
 
@@ -84,6 +85,20 @@ def replay(
 
     played = Replay(to, site, starts, speed, phones, duration, batch_s, inertial, key)
     typer.echo(json.dumps(played.run(read_walks(logs)), indent=1))
+
+
+def serve_demo(
+    data: Data = Path("demo-service"),
+    port: Annotated[int, typer.Option(min=1, max=65535)] = 8000,
+    walks: Annotated[int, typer.Option(min=1, help="Simulated walkers.")] = 12,
+    speed: Annotated[float, typer.Option(min=0.01, help="Times as fast as people walk.")] = 5.0,
+    stay: Annotated[bool, typer.Option(help="Go on serving when the crowd is through.")] = True,
+) -> None:
+    """Serve, let a simulated crowd walk through an office, and print where to watch it."""
+    _need_extra()
+    from radioslam.server.demo import run_demo
+
+    run_demo(data, port, walks, speed, stay, typer.echo)
 
 
 @keys.command("add")
