@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam import cli_cluster, cli_growing, cli_positioning, cli_reference
+from radioslam import cli_cluster, cli_growing, cli_positioning, cli_reference, cli_server
 from radioslam.cli_cluster import Cluster, Store, engine_at
 from radioslam.cli_positioning import load_map
 from radioslam.errors import LogError, RadioSlamError
@@ -400,10 +400,8 @@ def _alignment(name: str | None) -> Any:
     return name
 
 
-cli_positioning.register(app)
-cli_reference.register(app)
-cli_growing.register(app)
-cli_cluster.register(app)
+for commands in (cli_positioning, cli_reference, cli_growing, cli_cluster, cli_server):
+    commands.register(app)
 
 
 @app.callback(invoke_without_command=True)

@@ -7,7 +7,15 @@
     │   └── GraphError  the pose graph is not one that can be solved
     ├── PositioningError  a scan cannot be placed in a map
     ├── DoorError       a request to a location API is none, or cannot be answered
-    └── ResultError     a result folder cannot be written or read
+    ├── ResultError     a result folder cannot be written or read
+    └── ServiceError    a request to the service cannot be met
+        ├── UnauthorizedError  no key, or one that is not known
+        ├── ForbiddenError     the key's role does not reach so far
+        ├── NotFoundError      no such site, walk, map
+        ├── ConflictError      it contradicts what was accepted before
+        ├── TooLargeError      more than a limit allows
+        ├── TooFastError       more requests than a key is allowed
+        └── UnavailableError   for now: the database or the map is not there
 
 Each message is one line: what was expected, what came, what to do.
 """
@@ -63,6 +71,38 @@ class ResultError(RadioSlamError):
 
 class PositioningError(RadioSlamError):
     """A scan or a map cannot be used for positioning."""
+
+
+class ServiceError(RadioSlamError):
+    """A request to the service cannot be met."""
+
+
+class UnauthorizedError(ServiceError):
+    """No API key, or one that is not known."""
+
+
+class ForbiddenError(ServiceError):
+    """The API key's role does not reach so far."""
+
+
+class NotFoundError(ServiceError):
+    """There is no such thing."""
+
+
+class ConflictError(ServiceError):
+    """The request contradicts what was accepted before."""
+
+
+class TooLargeError(ServiceError):
+    """More bytes, or more of anything, than a limit allows."""
+
+
+class TooFastError(ServiceError):
+    """More requests in a time than a key is allowed."""
+
+
+class UnavailableError(ServiceError):
+    """What is needed is not there for now; ask again."""
 
 
 class DoorError(RadioSlamError):

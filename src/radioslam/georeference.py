@@ -14,6 +14,7 @@ from radioslam.radio_map import RadioMap
 
 Array = NDArray[np.float64]
 KnownPoint = tuple[float, float, float, float]
+Georeference = tuple[float, float, float]
 
 WORST_RATIO = 0.2
 """Known points may disagree with the map by this part of their spread."""
@@ -35,7 +36,12 @@ def parse_point(text: str) -> KnownPoint:
 
 
 def georeferenced(radio_map: RadioMap, points: Sequence[KnownPoint]) -> RadioMap:
-    """The map tied to latitude and longitude by the rigid motion that fits the points best.
+    """The map tied to latitude and longitude by ``fit_georeference``."""
+    return replace(radio_map, georeference=fit_georeference(points))
+
+
+def fit_georeference(points: Sequence[KnownPoint]) -> Georeference:
+    """Where (0, 0) lies and the angle from east to the x axis, by the rigid motion that fits the points best.
 
     Raises:
         ResultError: fewer than two different points, or points that no rigid motion brings to their places.
@@ -53,7 +59,16 @@ def georeferenced(radio_map: RadioMap, points: Sequence[KnownPoint]) -> RadioMap
     if worst > WORST_RATIO * float(np.hypot(*np.ptp(table[:, :2], axis=0))) + 0.5:
         raise ResultError(f"expected points that fit the map, found one {worst:.0f} m off; check the order X,Y,LAT,LON")
     at = enu2geodetic(pose[0], pose[1], 0.0, latitude, longitude, 0.0)
-    return replace(radio_map, georeference=(float(at[0]), float(at[1]), float(pose[2])))
+    return float(at[0]), float(at[1]), float(pose[2])
+
+
+def from_wgs84(georeference: Georeference, latitude_longitude: Array) -> Array:
+    """Positions (n, 2) in a map's frame of latitudes and longitudes (n, 2) in degrees."""
+    from pymap3d import geodetic2enu
+
+    latitude, longitude, angle = georeference
+    east, north, _ = geodetic2enu(*latitude_longitude.T, 0.0, latitude, longitude, 0.0)
+    return planar.rotate(-angle, np.column_stack([east, north]))
 
 
 def to_wgs84(radio_map: RadioMap, positions_xy: Array) -> Array:
@@ -62,11 +77,16 @@ def to_wgs84(radio_map: RadioMap, positions_xy: Array) -> Array:
     Raises:
         ResultError: the map is not georeferenced.
     """
-    from pymap3d import enu2geodetic
-
     if radio_map.georeference is None:
         raise ResultError("expected a georeferenced map, found none; use radioslam georeference")
-    latitude, longitude, angle = radio_map.georeference
+    return frame_to_wgs84(radio_map.georeference, positions_xy)
+
+
+def frame_to_wgs84(georeference: Georeference, positions_xy: Array) -> Array:
+    """Latitude and longitude (n, 2) in degrees of positions (n, 2) in a frame that is tied so."""
+    from pymap3d import enu2geodetic
+
+    latitude, longitude, angle = georeference
     east, north = planar.rotate(angle, positions_xy).T
     lat, lon, _ = enu2geodetic(east, north, 0.0, latitude, longitude, 0.0)
     return np.column_stack([lat, lon])

@@ -45,6 +45,7 @@ class TrackedWalk:
     time_s: Array
     poses: Array
     sigma_m: Array
+    floor: str = ""
 
 
 @dataclass
@@ -100,7 +101,7 @@ def track_walk(
     last = len(cloud.history)
     answers += [cloud.mean(row) for row in range(last - (len(time_s) - len(answers)), last)]
     position, sigma, turn = (np.array(column) for column in zip(*answers, strict=True))
-    return TrackedWalk(time_s, np.column_stack([position, planar.wrap(odometry[:, 2] + turn)]), sigma)
+    return TrackedWalk(time_s, np.column_stack([position, planar.wrap(odometry[:, 2] + turn)]), sigma, floor.floor)
 
 
 def _evidence(floor: FloorModel, scans_dbm: sparse.csr_array) -> Array:

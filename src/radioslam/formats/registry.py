@@ -113,7 +113,7 @@ def read_walk(path: Path | str, format: str = "auto") -> Walk:
     """
     path = Path(path)
     if format == "auto":
-        return _recognise(path).read(path)
+        return recognise(path).read(path)
     chosen = [known for known in FORMATS if known.name == format]
     if not chosen:
         raise ConfigError(f"expected a format out of auto, {_names()}; found {format!r}")
@@ -211,7 +211,12 @@ def _add(walks: dict[str, Walk], walk: Walk, path: Path) -> None:
     walks[walk.name] = walk
 
 
-def _recognise(path: Path) -> Format:
+def recognise(path: Path) -> Format:
+    """The format of a log by its content.
+
+    Raises:
+        LogError: it is none that is known.
+    """
     head = load_head(path)
     for known in FORMATS:
         if known.sniff(head):
