@@ -40,7 +40,7 @@ soak: $(READY)  ## the service's long trials: 100 kills, 10,000 mangled requests
 	$(BIN)/python -m tests.soak
 
 lock:  ## renew requirements.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra figures --extra server --group dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --all-extras --group dev --universal --python-version 3.11 \
 	  --generate-hashes --no-emit-index-url --no-emit-find-links --no-header -q -o requirements.lock
 
 $(READY): requirements.lock pyproject.toml
