@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -14,12 +14,14 @@ def some_motions(seed, count=5):
     return rigid.motion(Rotation.random(count, rng=rng).as_matrix(), rng.normal(0, 10, (count, 3)))
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_a_motion_and_its_inverse_cancel(seed):
     T = some_motions(seed)
     np.testing.assert_allclose(T @ rigid.inverse(T), np.tile(np.eye(4), (5, 1, 1)), atol=1e-10)
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_fit_finds_the_motion_of_three_points_or_more(seed):
     rng, T = np.random.default_rng(seed), some_motions(seed)
@@ -34,6 +36,7 @@ def test_fit_never_mirrors():
     assert np.linalg.det(found[:3, :3]) == pytest.approx(1.0)
 
 
+@settings(deadline=None)
 @given(seeds, st.floats(1e-7, np.pi - 1e-3))
 def test_apart_measures_metres_and_radians(seed, turn):
     T = some_motions(seed)
@@ -43,6 +46,7 @@ def test_apart_measures_metres_and_radians(seed, turn):
     np.testing.assert_allclose(radians, turn, atol=1e-9)
 
 
+@settings(deadline=None)
 @given(seeds)
 def test_quaternions_and_planar_poses_go_there_and_back(seed):
     T = some_motions(seed)

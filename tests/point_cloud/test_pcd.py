@@ -3,7 +3,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radioslam.errors import LogError
@@ -103,12 +103,14 @@ def test_what_is_no_pcd_is_one_clear_error(tmp_path, content):
         read_pcd(path)
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=300), st.integers(1, 40))
 def test_what_was_packed_is_unpacked(data, repeats):
     whole = data * repeats
     assert lzf_decompress(lzf_compress(whole), len(whole)) == whole
 
 
+@settings(deadline=None)
 @given(st.binary(max_size=60), st.integers(0, 100))
 def test_garbage_is_unpacked_to_the_size_it_states_or_refused(data, size):
     with contextlib.suppress(ValueError):
