@@ -2,8 +2,8 @@
 
 import platform
 
-from benchmarks import crowd, positioning, reading, solver
+from benchmarks import crowd, performance, positioning, reading
 
 print(f"Python {platform.python_version()} on {platform.machine()}")
-for benchmark in (reading, solver, crowd, positioning):
+for benchmark in (reading, performance, crowd, positioning):
     benchmark.run()
