@@ -19,7 +19,7 @@ from radioslam.evaluation import evaluate
 from radioslam.simulator import simulate
 from radioslam.slam import map_walks
 
-SIZES = (15, 30, 90, 300)
+SIZES = (15, 60, 300)
 WALKS_PER_BUILDING = 15
 
 
