@@ -2,8 +2,8 @@
 
 import platform
 
-from benchmarks import crowd, point_clouds, positioning, reading, solver
+from benchmarks import crowd, performance, point_clouds, positioning, reading
 
 print(f"Python {platform.python_version()} on {platform.machine()}")
-for benchmark in (reading, solver, crowd, positioning, point_clouds):
+for benchmark in (reading, performance, crowd, positioning, point_clouds):
     benchmark.run()

@@ -115,7 +115,7 @@ def measure(world: str) -> Row:
     row.pairs, row.seconds["ours"] = timed(lambda: len(similar_pairs(strengths, THRESHOLD)), repeats)
     topns.most = int(np.bincount(np.concatenate([found.i, found.j])).max()) + 1  # type: ignore[attr-defined]
     references: dict[str, Callable[[sparse.csr_array], int]] = {}
-    if n <= 100_000:
+    if n <= 100_000 and make is campus_scans:
         references["SciPy"] = scipys
     references["sparse_dot_topn"] = topns
     if n <= 3_000:

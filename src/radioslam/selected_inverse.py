@@ -1,7 +1,7 @@
 """Diagonal of the inverse of a sparse matrix from its factor, without the rest of the inverse.
 
 For H = L D Lᵀ with L unit lower triangular, Z = H⁻¹ is needed only on the pattern of L (Takahashi et al. 1973). Columns
-that share their pattern make a supernode J with the rows S below it, and
+that share their pattern, nearly, make a supernode J with the rows S below it, and
 
     Z_SJ = -Z_SS L_SJ L_JJ⁻¹,      Z_JJ = L_JJ⁻ᵀ D_JJ⁻¹ L_JJ⁻¹ - (L_SJ L_JJ⁻¹)ᵀ Z_SJ,
 
@@ -23,6 +23,10 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 
+RELAXED = 8
+"""A column joins the next with so many rows that it does not have itself: few large blocks are faster than many."""
+
+
 @dataclass
 class _Front:
     rows: Integers
@@ -40,7 +44,7 @@ def inverse_diagonal(lower: sparse.csc_array, pivots: Array) -> Array:
         columns = slice(begin[k], end[k])
         below = lower.indices[lower.indptr[end[k] - 1] : lower.indptr[end[k]]].astype(np.int64)
         z_ss = _part(fronts[int(parent[k])], below) if len(below) else np.zeros((0, 0))
-        z_jj, z_sj = _eliminate(_block(lower, begin[k], end[k], len(below)), pivots[columns], z_ss)
+        z_jj, z_sj = _eliminate(_block(lower, begin[k], end[k], below), pivots[columns], z_ss)
         diagonal[columns] = np.diag(z_jj)
         if waiting[k]:
             rows = np.concatenate([np.arange(begin[k], end[k]), below])
@@ -57,19 +61,19 @@ def _supernodes(lower: sparse.csc_array) -> tuple[Integers, Integers]:
     n, count = lower.shape[0], np.diff(lower.indptr)
     heir = np.full(n, -1, dtype=np.int64)
     heir[count > 0] = lower.indices[lower.indptr[:-1][count > 0]]
-    goes_on = (heir[:-1] == np.arange(1, n)) & (count[:-1] == count[1:] + 1)
+    goes_on = (heir[:-1] == np.arange(1, n)) & (count[1:] + 1 - count[:-1] <= RELAXED)
     begin = np.flatnonzero(np.concatenate([[True], ~goes_on]))
     number = np.repeat(np.arange(len(begin)), np.diff(np.append(begin, n)))
     last = np.append(begin[1:], n) - 1
     return begin, np.where(heir[last] >= 0, number[heir[last]], -1)
 
 
-def _block(lower: sparse.csc_array, begin: int, end: int, below: int) -> Array:
+def _block(lower: sparse.csc_array, begin: int, end: int, below: Integers) -> Array:
     """Columns ``begin`` to ``end`` of L with its unit diagonal, dense, (width + below, width)."""
-    width = end - begin
-    block = np.eye(width + below, width)
-    for c in range(width):
-        block[c + 1 :, c] = lower.data[lower.indptr[begin + c] : lower.indptr[begin + c + 1]]
+    width, inside = end - begin, slice(lower.indptr[begin], lower.indptr[end])
+    row, column = lower.indices[inside], np.repeat(np.arange(width), np.diff(lower.indptr[begin : end + 1]))
+    block = np.eye(width + len(below), width)
+    block[np.where(row < end, row - begin, width + np.searchsorted(below, row)), column] = lower.data[inside]
     return block
 
 
