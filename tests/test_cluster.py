@@ -38,9 +38,11 @@ def client():
 
 
 @pytest.fixture
-def engine(client, tmp_path):
+def engine(client, tmp_path, monkeypatch):
+    from radioslam import cluster
     from radioslam.cluster import ClusterEngine
 
+    monkeypatch.setattr(cluster, "MOST_SHARED", 1.0)  # areas, though the office is small and full of loops
     return ClusterEngine(client, ObjectStore(str(tmp_path / "store")))
 
 
@@ -63,6 +65,15 @@ def test_a_site_in_tiles_and_areas_is_mapped_as_on_one_machine(engine, tmp_path)
     np.testing.assert_allclose(there.radio_map.sigma_m, here.radio_map.sigma_m, rtol=0.02)
     assert len(there.loops.kept) == pytest.approx(len(here.loops.kept), rel=0.05)
     assert list((tmp_path / "store").iterdir()) == []
+
+
+def test_areas_that_share_too_much_are_optimized_on_one_machine(engine, monkeypatch):
+    from radioslam import cluster
+
+    monkeypatch.setattr(cluster, "MOST_SHARED", 0.0)
+    graph = office_result("default", "known").graph
+    here = OneMachine().optimize(graph, KNOWN.optimizer, last=False)
+    np.testing.assert_array_equal(engine.optimize(graph, KNOWN.optimizer, last=False).x, here.x)
 
 
 def _kill_one(client, after_s):

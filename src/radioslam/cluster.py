@@ -21,8 +21,9 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from radioslam.area_arrays import area_arrays, area_of, reduced_arrays, reduced_of
-from radioslam.areas import AreaSolver, Reduced, split_graph, walks_by_area
+from radioslam.areas import AreaSolver, Reduced, shared_part, split_graph, walks_by_area
 from radioslam.config import Config, OptimizerConfig
+from radioslam.engine import OneMachine
 from radioslam.errors import ConfigError
 from radioslam.factors import first_guess
 from radioslam.object_store import Arrays, ObjectStore
@@ -40,6 +41,8 @@ FEWEST_SCANS = 256
 ANSWER_S = 10
 """A scheduler that does not answer in this time is none."""
 AREAS_PER_WORKER = 2
+MOST_SHARED = 0.1
+"""Of a graph's unknowns: where walks cross everywhere, the reduced graph is no smaller than the whole one."""
 _ONE_AT_A_TIME = threading.Lock()
 """Solvers remember their last reduction, and a worker may have several threads."""
 
@@ -129,8 +132,10 @@ class ClusterEngine:
         self.store.remove(*blocks, *names)
 
     def optimize(self, graph: PoseGraph, config: OptimizerConfig, last: bool) -> Solution:
-        """The areas of the graph on the workers, the reduced graph here."""
+        """The areas of the graph on the workers, the reduced graph here; all here where areas share too much."""
         areas = list(split_graph(graph, walks_by_area(graph, AREAS_PER_WORKER * self.workers)))
+        if shared_part(areas) > MOST_SHARED:
+            return OneMachine().optimize(graph, config, last)
         with _AreasThere(self, [area_arrays(area) for area in areas], config) as there:
             return minimize_in_areas(there, first_guess(graph), config, last and config.standard_deviations)
 
