@@ -194,7 +194,9 @@ def _products(tile: Array, own: Integers, number: Integers, strength: Array, oth
     number, strength = np.ascontiguousarray(number.T), np.ascontiguousarray(strength.T)
     for k in range(0, len(own), part):
         a, b = own[k : k + part], other[k : k + part]
-        terms = np.take(tile, number[:, b] + tile.shape[1] * a)
-        terms *= strength[:, b]
+        place = np.take(number, b, axis=1)
+        place += tile.shape[1] * a
+        terms = np.take(tile, place)
+        terms *= np.take(strength, b, axis=1)
         product[k : k + part] = terms.sum(axis=0)  # one row after the other
     return product
