@@ -28,11 +28,11 @@ from radioslam.walk import Walk
 
 Array = NDArray[np.float64]
 
-TURN_SIGMA_RAD = 0.2
+TURN_SIGMA_RAD = 0.1
 """Of the compass of a whole walk, against the map's frame."""
 OFF_CANDIDATES_M = 2.0
 """Places farther from where people walked get less likely by a Gaussian of this width."""
-SCAN_CORRELATION = 0.5
+SCAN_CORRELATION = 0.25
 """Successive scans repeat each other's errors; each counts for this part of its evidence."""
 WRONG_SCAN = 0.1
 """Chance that a scan is of somewhere else: stale readings that the phone repeats."""
