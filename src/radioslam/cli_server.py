@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -111,7 +113,8 @@ def add(
     """Make a key and print it; it is shown only now."""
     from radioslam.server.keys import add_key
 
-    typer.echo(add_key(_database(database, data), name, role))
+    with _database(database, data) as opened:
+        typer.echo(add_key(opened, name, role))
 
 
 @keys.command("list")
@@ -119,8 +122,9 @@ def list_(database: DatabaseUrl = None, data: Data = DEFAULT_DATA) -> None:
     """List names and roles."""
     from radioslam.server.keys import list_keys
 
-    for key in list_keys(_database(database, data)):
-        typer.echo(f"{key.name}\t{key.role}")
+    with _database(database, data) as opened:
+        for key in list_keys(opened):
+            typer.echo(f"{key.name}\t{key.role}")
 
 
 @keys.command("remove")
@@ -132,10 +136,12 @@ def remove(
     """Forget a key; servers that run follow within seconds."""
     from radioslam.server.keys import remove_key
 
-    remove_key(_database(database, data), name)
+    with _database(database, data) as opened:
+        remove_key(opened, name)
 
 
-def _database(url: str | None, data: Path) -> Database:
+@contextmanager
+def _database(url: str | None, data: Path) -> Iterator[Database]:
     _need_extra()
     from radioslam.server.database import Database
     from radioslam.server.settings import Settings
@@ -143,8 +149,11 @@ def _database(url: str | None, data: Path) -> Database:
     settings = Settings(data=data, database=url)
     settings.data.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
-    database.migrate()
-    return database
+    try:
+        database.migrate()
+        yield database
+    finally:
+        database.close()
 
 
 def _need_extra() -> None:
