@@ -5,11 +5,19 @@ BIN    := $(VENV)/bin
 READY  := $(VENV)/.ready
 DEMO   := demo-result
 
-.PHONY: demo test check format bench experiments lock clean
+SERVE_DEMO := demo-service
+SERVE_PORT ?= 8000
+
+.PHONY: demo serve-demo test check format bench experiments soak lock clean
 
 demo: $(READY)  ## simulate a small building, map it, print the table and where the report is
 	$(BIN)/radioslam simulate office --out $(DEMO)/walks --seed 1 --force
 	$(BIN)/radioslam map $(DEMO)/walks --starts common --out $(DEMO)/map --force
+
+serve-demo: $(READY)  ## start the service, replay a simulated crowd, print the address; Ctrl-C ends it
+	rm -rf $(SERVE_DEMO)
+	$(BIN)/radioslam simulate office --out $(SERVE_DEMO)/walks --seed 1 --walks 12
+	$(BIN)/python -m examples.serve_demo $(SERVE_DEMO) $(SERVE_PORT)
 
 test: $(READY)  ## the whole test suite
 	$(BIN)/python -m pytest -n 2 --dist worksteal
@@ -30,8 +38,11 @@ experiments: $(READY)  ## run every experiment of docs/results.md again and rene
 	$(BIN)/python -m benchmarks.results
 	$(BIN)/python -m benchmarks.figures
 
+soak: $(READY)  ## the service's long trials: 100 kills, 10,000 mangled requests, 300 phones, speed
+	$(BIN)/python -m tests.soak
+
 lock:  ## renew requirements.lock from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --extra figures --group dev --universal --python-version 3.11 \
+	uv pip compile pyproject.toml --extra figures --extra server --group dev --universal --python-version 3.11 \
 	  --generate-hashes --no-emit-index-url --no-emit-find-links --no-header -q -o requirements.lock
 
 $(READY): requirements.lock pyproject.toml
@@ -42,4 +53,4 @@ $(READY): requirements.lock pyproject.toml
 	@touch $@
 
 clean:
-	rm -rf $(VENV) $(DEMO) .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(DEMO) $(SERVE_DEMO) .pytest_cache .mypy_cache .ruff_cache .hypothesis

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import importlib.metadata
 from collections.abc import AsyncIterator
+from functools import partial
 
 from fastapi import FastAPI
 
@@ -23,6 +24,7 @@ from radioslam.server.access import KeyMemory
 from radioslam.server.context import Context
 from radioslam.server.database import Database
 from radioslam.server.group_commit import GroupCommit
+from radioslam.server.journal import write_batches
 from radioslam.server.limits import BodyLimit, Rates
 from radioslam.server.live import Broadcast
 from radioslam.server.messages import ProblemResponse
@@ -73,7 +75,7 @@ def _context(settings: Settings) -> Context:
     return Context(
         settings=settings,
         database=database,
-        writes=GroupCommit(database),
+        journal=GroupCommit(database, partial(write_batches, most_bytes=settings.limits.walk_bytes)),
         hide=hider(settings.data, settings.hash_bssids),
         keys=KeyMemory(),
         rates=Rates(settings.limits.batches_per_s),
@@ -103,5 +105,5 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     watching.cancel()
     with contextlib.suppress(asyncio.CancelledError):
         await watching
-    context.writes.close()
+    context.journal.close()
     context.database.close()

@@ -14,6 +14,7 @@ from radioslam.server.settings import Settings
 
 if TYPE_CHECKING:
     from radioslam.server.access import KeyMemory
+    from radioslam.server.journal import Incoming
     from radioslam.server.limits import Rates
     from radioslam.server.live import Broadcast
     from radioslam.server.positions import Positioners, Sessions
@@ -26,7 +27,7 @@ class Context:
 
     settings: Settings
     database: Database
-    writes: GroupCommit
+    journal: GroupCommit[Incoming, bool]
     hide: Hide
     keys: KeyMemory
     rates: Rates

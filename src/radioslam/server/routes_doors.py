@@ -21,12 +21,13 @@ from starlette.concurrency import run_in_threadpool
 from radioslam.errors import ConflictError, DoorError, UnavailableError
 from radioslam.server.access import Caller, Reader, Uploader
 from radioslam.server.context import Context, context_of
+from radioslam.server.journal import Incoming
 from radioslam.server.messages import Accepted, Count, Label, NewWalk
 from radioslam.server.privacy import Hide
 from radioslam.server.recordings import Body, body_of, sealed
 from radioslam.server.routes_positions import located, with_degrees
 from radioslam.server.routes_sites import SiteId
-from radioslam.server.store import add_walk, batch_writer
+from radioslam.server.store import add_walk
 from radioslam.server.tables import Site
 
 router = APIRouter(tags=["doors"])
@@ -118,13 +119,11 @@ def _add_reports(context: Context, reports: list[Any], caller: Caller) -> None:
 
 def _append(context: Context, site_id: str, name: str, body: Body, caller: Caller) -> None:
     """Store under a number that the content gives, so that a repeated report counts once."""
-    parts = sealed(body)
-    most = context.settings.limits.walk_bytes
-    number = int(parts[1][:7], 16)
+    packed, digest = sealed(body)
+    number = int(digest[:7], 16)
     while True:
         try:
-            write = batch_writer(context.database, site_id, name, number, parts, caller, most)
-            context.writes.submit(write).result()
+            context.journal.submit(Incoming(site_id, name, number, packed, digest, caller)).result()
             return
         except ConflictError:
             number += 1
@@ -178,9 +177,8 @@ async def sensor_logger(request: Request, site_id: SiteId, message: SensorLogger
         await run_in_threadpool(walk_of_messages, [kept], "message")  # refuse now what could not be read later
     name = "sensor-logger-" + re.sub(r"[^A-Za-z0-9._-]", "-", message.sessionId)[:80]
     await run_in_threadpool(add_walk, context.database, site_id, NewWalk(name=name, device=message.deviceId), caller)
-    parts, most = sealed({"message": kept}), context.settings.limits.walk_bytes
-    write = batch_writer(context.database, site_id, name, message.messageId, parts, caller, most)
-    duplicate = await asyncio.wrap_future(context.writes.submit(write))
+    incoming = Incoming(site_id, name, message.messageId, *sealed({"message": kept}), caller)
+    duplicate = await asyncio.wrap_future(context.journal.submit(incoming))
     return Accepted(sequence=message.messageId, duplicate=duplicate, dropped_readings=dropped)
 
 

@@ -18,12 +18,12 @@ from starlette.concurrency import run_in_threadpool
 
 from radioslam.server.access import Admin, Caller, Reader, Uploader
 from radioslam.server.context import Context, context_of
+from radioslam.server.journal import Incoming
 from radioslam.server.messages import Accepted, Batch, Finish, Label, Name, NewWalk, Uploaded, WalkInfo
 from radioslam.server.recordings import body_of, packed, sealed
 from radioslam.server.routes_sites import SiteId
 from radioslam.server.store import (
     add_walk,
-    batch_writer,
     erase_walks,
     find_site,
     find_walk,
@@ -62,9 +62,8 @@ async def send_batch(request: Request, site_id: SiteId, name: WalkName, batch: B
     context = context_of(request)
     context.rates.take(caller.name)
     body, digest, dropped = packed(batch, context.hide)
-    most = context.settings.limits.walk_bytes
-    write = batch_writer(context.database, site_id, name, batch.sequence, (body, digest), caller, most)
-    duplicate = await asyncio.wrap_future(context.writes.submit(write))
+    incoming = Incoming(site_id, name, batch.sequence, body, digest, caller)
+    duplicate = await asyncio.wrap_future(context.journal.submit(incoming))
     if batch.poses and not duplicate and context.live.watchers:
         poses = [(p.time_s, p.x_m, p.y_m, p.heading_rad) for p in batch.poses]
         context.live.publish(site_id, "poses", {"walk": name, "scans": len(batch.scans), "poses": poses})
@@ -134,9 +133,8 @@ def _add_file(
 def _add_whole(context: Context, site_id: str, name: str, walk: Walk, contributor: str | None, caller: Caller) -> bool:
     about = {"device": _label(walk.device), "floor": _label(walk.floor)}
     add_walk(context.database, site_id, NewWalk(name=name, contributor=contributor, **about), caller)
-    parts = sealed(body_of(walk, context.hide))
-    most = context.settings.limits.walk_bytes
-    duplicate = context.writes.submit(batch_writer(context.database, site_id, name, 0, parts, caller, most)).result()
+    body, digest = sealed(body_of(walk, context.hide))
+    duplicate = context.journal.submit(Incoming(site_id, name, 0, body, digest, caller)).result()
     finish(context.database, site_id, name, 1, caller)
     return duplicate
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from sqlalchemy import delete, func, select, update
 from sqlalchemy.orm import Session
 
-from radioslam.errors import ConflictError, ForbiddenError, NotFoundError, TooLargeError
+from radioslam.errors import ConflictError, ForbiddenError, NotFoundError
 from radioslam.server.access import Caller
 from radioslam.server.database import Database
 from radioslam.server.messages import NewSite, NewWalk
@@ -84,52 +84,6 @@ def add_walk(database: Database, site_id: str, new: NewWalk, caller: Caller) -> 
             if walk.key_name != caller.name or any(getattr(walk, key) != value for key, value in about.items()):
                 raise ConflictError(f"a walk {new.name!r} that is not the same exists; choose another name")
         return made
-
-
-def batch_writer(
-    database: Database,
-    site_id: str,
-    name: str,
-    sequence: int,
-    sealed: tuple[bytes, str],
-    caller: Caller,
-    most_bytes: int,
-) -> Callable[[Session], bool]:
-    """What stores a batch within a transaction; it returns True where the batch had been accepted before.
-
-    It raises:
-        NotFoundError: no such walk.  ForbiddenError: it is another key's.
-        ConflictError: the sequence number was accepted with other content, or the walk is closed.
-        TooLargeError: the walk has become longer than allowed.
-    """
-    body, digest = sealed
-
-    def accept(session: Session) -> bool:
-        walk = _own(find_walk(session, site_id, name), caller)
-        key = {"walk_number": walk.number, "sequence": sequence}
-        if database.insert_once(session, StoredBatch, **key, digest=digest, body=body, received_s=time.time()):
-            _count(session, walk, len(body), most_bytes)
-            return False
-        if session.scalar(select(StoredBatch.digest).filter_by(**key)) != digest:
-            raise ConflictError(f"batch {sequence} of {name!r} was accepted with other content; use the next number")
-        return True
-
-    return accept
-
-
-def _count(session: Session, walk: StoredWalk, size_bytes: int, most_bytes: int) -> None:
-    grown = (
-        update(StoredWalk)
-        .where(StoredWalk.number == walk.number, StoredWalk.state == "open")
-        .where(StoredWalk.size_bytes <= most_bytes - size_bytes)
-        .values(size_bytes=StoredWalk.size_bytes + size_bytes, batches=StoredWalk.batches + 1)
-    )
-    if session.execute(grown.returning(StoredWalk.number)).first():
-        return
-    state = session.scalar(select(StoredWalk.state).where(StoredWalk.number == walk.number))
-    if state != "open":
-        raise ConflictError(f"walk {walk.name!r} is {state}; begin another")
-    raise TooLargeError(f"expected a walk of at most {most_bytes} bytes; finish {walk.name!r} and begin another")
 
 
 def _own(walk: StoredWalk, caller: Caller) -> StoredWalk:

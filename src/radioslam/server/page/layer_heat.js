@@ -1,7 +1,7 @@
 // The strength that the map expects of one access point at any place.
 
 import { VIRIDIS } from "./palette.js";
-import { plain } from "./traces.js";
+import { extent, plain } from "./traces.js";
 
 const HEARD = 0.5; // below, most scans do not hear it
 
@@ -21,9 +21,10 @@ export const heat = {
     return heard.length ? [heatmap(heard, answer.cell_m, options.accessPoint)] : [];
   },
   legend(answer, options) {
-    const values = heardRows(answer).map((row) => row[2]);
-    if (!values.length) return { label: options.accessPoint ? "not heard in this version" : "choose an access point", low: "", high: "" };
-    return { label: "dBm", low: Math.min(...values).toFixed(0), high: Math.max(...values).toFixed(0) };
+    const heard = heardRows(answer);
+    if (!heard.length) return { label: options.accessPoint ? "not heard in this version" : "choose an access point", low: "", high: "" };
+    const [low, high] = extent(heard.map((row) => row[2])).map((value) => value.toFixed(0));
+    return { label: "dBm", low, high };
   },
 };
 
@@ -44,8 +45,7 @@ function heatmap(rows, cell_m, name) {
 }
 
 function axis(rows, column, cell_m) {
-  const values = rows.map((row) => row[column]);
-  const low = Math.min(...values);
-  const steps = Math.round((Math.max(...values) - low) / cell_m) + 1;
+  const [low, high] = extent(rows.map((row) => row[column]));
+  const steps = Math.round((high - low) / cell_m) + 1;
   return Array.from({ length: steps }, (_, k) => low + k * cell_m);
 }

@@ -2,13 +2,13 @@
 
 import { metres } from "./format.js";
 import { VIRIDIS, viridis } from "./palette.js";
-import { broken, drawn, plain } from "./traces.js";
+import { broken, drawn, extent, plain } from "./traces.js";
 
 const STEPS = 6;
 const LARGEST_RESIDUAL = 3;
 
 export const colourings = {
-  similarity: { label: "similarity", of: (loop) => loop.similarity, range: (values) => [Math.min(...values, 1), 1] },
+  similarity: { label: "similarity", of: (loop) => loop.similarity, range: (values) => [Math.min(extent(values)[0], 1), 1] },
   residual: {
     label: "residual (distance over σ)",
     of: (loop) => loop.apart_m / loop.sigma_m,

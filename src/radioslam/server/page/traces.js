@@ -25,3 +25,8 @@ export function ellipse(x_m, y_m, radius_x_m, radius_y_m) {
 export function drawn(style, points) {
   return { type: "scatter", hovertemplate: "%{text}<extra></extra>", ...style, ...points };
 }
+
+// The least and the largest of any number of values.
+export function extent(values) {
+  return values.reduce(([low, high], value) => [Math.min(low, value), Math.max(high, value)], [Infinity, -Infinity]);
+}
