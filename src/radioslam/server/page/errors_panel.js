@@ -16,6 +16,7 @@ export class ErrorsPanel {
 
   async fill() {
     const version = this.model.shown;
+    if (!this.place.querySelector("table")) this.place.replaceChildren(element("p", {}, "Loading …"));
     const errors = await this.model.view("errors").catch((error) => error);
     if (version !== this.model.shown) return;
     const shown = errors instanceof Error || !errors

@@ -5,7 +5,7 @@ import { drawn, plain } from "./traces.js";
 const INK = "#0b6e4f";
 
 export const accessPoints = {
-  id: "access-points", label: "access points, where they seem to stand", colour: INK,
+  id: "access-points", label: "access points", colour: INK,
   load: (model) => model.view("access-points"),
   traces(rows) {
     const placed = (rows ?? []).filter((row) => row.x_m !== "");

@@ -35,10 +35,11 @@ export const arriving = {
   },
 };
 
-// The poses after the last one in the map, moved so that both meet; null where nobody knows where they belong.
+// The poses after the last one in the map, moved so that both meet; null where nobody knows where they belong, and of
+// walks that ended and are in the map.
 function tail(name, walk, mapped, starts) {
   const tie = mapped ? tieToMap(walk.poses, mapped) : starts === "common" ? { at: walk.poses[0], pose: [0, 0, 0] } : null;
-  if (!tie || !walk.poses.length) return null;
+  if (!tie || (mapped && walk.state !== "open")) return null;
   const moved = walk.poses.filter((pose) => pose[0] >= tie.at[0]).map((pose) => move(pose, tie.at, tie.pose));
   if (moved.length < 2) return null;
   return { x: moved.map((p) => p[0]), y: moved.map((p) => p[1]), text: moved.map(() => `${plain(name)}<br>coming in`), isOpen: walk.state === "open" };

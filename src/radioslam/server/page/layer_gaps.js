@@ -5,7 +5,7 @@ import { GAP } from "./palette.js";
 import { drawn } from "./traces.js";
 
 export const gaps = {
-  id: "gaps", label: "walk here next: where the map knows least", colour: GAP,
+  id: "gaps", label: "walk here next", colour: GAP,
   load: (model) => model.view("coverage"),
   traces(rows) {
     const marker = { color: "#fff", size: 20, line: { color: GAP, width: 2 } };

@@ -6,7 +6,7 @@ import { extent, plain } from "./traces.js";
 const HEARD = 0.5; // below, most scans do not hear it
 
 export const heat = {
-  id: "heat", label: "radio: strength of one access point",
+  id: "heat", label: "radio of one access point",
   async load(model, options) {
     if (!options.accessPoint || !model.shown) return null;
     try {

@@ -10,7 +10,7 @@ const LARGEST_RESIDUAL = 3;
 export const colourings = {
   similarity: { label: "similarity", of: (loop) => loop.similarity, range: (values) => [Math.min(extent(values)[0], 1), 1] },
   residual: {
-    label: "residual (distance over σ)",
+    label: "residual over σ",
     of: (loop) => loop.apart_m / loop.sigma_m,
     range: () => [0, LARGEST_RESIDUAL],
   },

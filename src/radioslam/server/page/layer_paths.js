@@ -17,7 +17,7 @@ export const odometry = {
 };
 
 export const estimate = {
-  id: "estimate", label: "after: the map's paths, a colour per walk", colour: WALKS[0], on: true, load: walksOf,
+  id: "estimate", label: "after: the paths of the map", colour: WALKS[0], on: true, load: walksOf,
   traces(walks) {
     return WALKS.map((color, k) => {
       const lines = (walks ?? []).flatMap((walk, n) => (walk.map === 0 && n % WALKS.length === k ? [line(walk, walk.estimate)] : []));
@@ -27,7 +27,7 @@ export const estimate = {
 };
 
 export const truth = {
-  id: "truth", label: "true paths, where the logs tell them", colour: TRUTH, load: walksOf,
+  id: "truth", label: "truth, where the logs tell it", colour: TRUTH, load: walksOf,
   traces(walks) {
     const lines = tied(walks).filter((walk) => walk.reference).map((walk) => line(walk, walk.reference));
     return [drawn({ mode: "lines", line: { color: TRUTH, width: 1.2 } }, broken(lines))];
@@ -35,7 +35,7 @@ export const truth = {
 };
 
 export const untied = {
-  id: "untied", label: "walks not tied to the others, in frames of their own", colour: WALKS[5], load: walksOf,
+  id: "untied", label: "walks not tied, in own frames", colour: WALKS[5], load: walksOf,
   traces(walks) {
     const lines = (walks ?? []).filter((walk) => walk.map > 0).map((walk) => line(walk, walk.estimate));
     return [drawn({ mode: "lines", line: { color: WALKS[5], width: 1.5, dash: "dot" } }, broken(lines))];
@@ -43,7 +43,7 @@ export const untied = {
 };
 
 export const sigma = {
-  id: "sigma", label: "uncertainty: σ of each position", colour: "#8fb4e6", load: walksOf,
+  id: "sigma", label: "uncertainty: σ of positions", colour: "#8fb4e6", load: walksOf,
   traces(walks) {
     const points = tied(walks).flatMap((walk) => walk.estimate.map(([x, y], k) => [x, y, walk.sigma_m[k]]));
     const known = points.filter(([, , sigma_m]) => sigma_m !== null);

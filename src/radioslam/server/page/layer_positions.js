@@ -29,7 +29,7 @@ export class Positions {
 }
 
 export const positions = {
-  id: "positions", label: "people who asked in the last five minutes", colour: POSITION, on: true,
+  id: "positions", label: "who asked in the last 5 minutes", colour: POSITION, on: true,
   load: async (model, options) => options.positions.recent(model.floor),
   traces(recent) {
     const rings = recent.map(([, p]) => ellipse(p.x_m, p.y_m, PER_SIGMA * p.sigma_x_m, PER_SIGMA * p.sigma_y_m));

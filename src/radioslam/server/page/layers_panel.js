@@ -5,13 +5,15 @@ import { colourings } from "./layer_loops.js";
 import { describe } from "./layer_gaps.js";
 import { LAYERS } from "./layers.js";
 
+const STARTS_OPEN = "(width >= 800px)"; // on a phone it would hide all the rest
+
 export class LayersPanel {
   constructor(model, options, onChange) {
     [this.model, this.options, this.onChange] = [model, options, onChange];
     this.legends = new Map();
     this.accessPoint = element("select", { id: "access-point", onchange: () => this.chooseAccessPoint() });
     this.gaps = element("ol", { class: "gaps" });
-    this.element = panel("Layers", true, ...LAYERS.toReversed().map((layer) => this.layer(layer)));
+    this.element = panel("Layers", matchMedia(STARTS_OPEN).matches, ...LAYERS.map((layer) => this.layer(layer)));
     model.addEventListener("map", () => this.fill());
   }
 

@@ -28,7 +28,8 @@ async function show() {
   } catch (error) {
     if (mine !== turn) return;
     whose.textContent = "";
-    place.replaceChildren(element("p", { class: "problem", role: "alert" }, error.message));
+    const words = error.status === 401 ? "This service needs an API key." : error.message;
+    place.replaceChildren(element("p", { class: "problem", role: "alert" }, words));
   }
 }
 

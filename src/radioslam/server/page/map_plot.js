@@ -2,7 +2,7 @@
 
 /* global Plotly */
 
-const AXIS = { ticksuffix: " m", zeroline: false, gridcolor: "#e4e5e9", constrain: "domain", automargin: true };
+const AXIS = { ticksuffix: " m", zeroline: false, gridcolor: "#e4e5e9", automargin: true };
 const CONFIG = { responsive: true, scrollZoom: true, displayModeBar: false, doubleClick: false };
 const STEP = 0.2;
 const KEYS = {

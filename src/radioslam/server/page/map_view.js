@@ -1,7 +1,7 @@
 // The plan with its layers: gathers what the chosen layers show and draws it, one drawing after another.
 
 import { button, element } from "./dom.js";
-import { LAYERS } from "./layers.js";
+import { LOWEST_FIRST } from "./layers.js";
 import { MapPlot } from "./map_plot.js";
 
 export class MapView {
@@ -40,7 +40,7 @@ export class MapView {
 
   async drawOnce() {
     try {
-      const chosen = LAYERS.filter((layer) => this.options.on.has(layer.id));
+      const chosen = LOWEST_FIRST.filter((layer) => this.options.on.has(layer.id));
       const contents = await Promise.all(chosen.map((layer) => layer.load(this.model, this.options)));
       if (this.left) return;
       await this.plot.draw(chosen.flatMap((layer, k) => layer.traces(contents[k], this.options)), this.images);

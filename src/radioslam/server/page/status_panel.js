@@ -35,7 +35,7 @@ export class StatusPanel {
   }
 
   showBuild({ state, step, wanted, message }) {
-    const words = { idle: "The map is made.", running: `The map is being made: ${step || "beginning"} …`, failed: `The map could not be made: ${message}` };
+    const words = { idle: "A new map is made when walks change.", running: `The map is being made: ${step || "beginning"} …`, failed: `The map could not be made: ${message}` };
     this.build.textContent = wanted && state === "idle" ? "The map will be made soon." : words[state];
     this.build.classList.toggle("problem", state === "failed");
   }
