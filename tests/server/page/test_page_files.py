@@ -77,7 +77,7 @@ def test_a_floor_image_lies_under_the_map_in_its_size(browser, server):
         place = "document.querySelector('.map').layout.images[0]"
         wait_until(page, f"{place}?.sizex === 40")
         assert page.evaluate(f"[{place}.x, {place}.y, {place}.sizey]") == [0, 8, 20]
-        expect(page.locator(".layer-below image")).to_have_count(1)
+        expect(page.locator(".imagelayer image")).to_have_count(1)
 
 
 def test_results_are_downloaded(browser, server, keys, tmp_path):

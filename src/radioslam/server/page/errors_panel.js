@@ -15,14 +15,14 @@ export class ErrorsPanel {
   }
 
   async fill() {
-    const version = this.model.shown;
+    const { showing } = this.model;
     if (!this.place.querySelector("table")) this.place.replaceChildren(element("p", {}, "Loading …"));
     const errors = await this.model.view("errors").catch((error) => error);
-    if (version !== this.model.shown) return;
+    if (showing !== this.model.showing) return;
     const shown = errors instanceof Error || !errors
       ? [element("p", {}, errors?.status === 404 ? "The logs hold no true positions to compare with." : errors?.message ?? "No map yet.")]
       : [table("Distance to the true positions", COLUMNS, [errors.total, ...errors.walks].map(row))];
-    this.place.replaceChildren(...shown, ...skipped(version?.summary.skipped ?? []));
+    this.place.replaceChildren(...shown, ...skipped(this.model.shown?.summary.skipped ?? []));
   }
 }
 

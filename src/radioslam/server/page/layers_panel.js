@@ -64,9 +64,9 @@ export class LayersPanel {
   }
 
   async fill() {
-    const version = this.model.shown;
+    const { showing } = this.model;
     const [points, gaps] = await Promise.all(["access-points", "coverage"].map((name) => this.model.view(name).catch(() => null)));
-    if (version !== this.model.shown) return;
+    if (showing !== this.model.showing) return;
     this.accessPoint.replaceChildren(...(points ?? []).map((row) => element("option", { value: row.bssid }, `${row.bssid} (${row.samples} scans)`)));
     if ((points ?? []).some((row) => row.bssid === this.options.accessPoint)) this.accessPoint.value = this.options.accessPoint;
     else this.options.accessPoint = points?.[0]?.bssid ?? null;

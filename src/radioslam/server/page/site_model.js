@@ -28,6 +28,11 @@ export class SiteModel extends EventTarget {
     return this.shown ? this.shown.summary.floors : [];
   }
 
+  // Names what is shown: answers that come when it is something else are of the past.
+  get showing() {
+    return `${this.shown?.version} ${this.floor}`;
+  }
+
   async refreshInfo() {
     this.info = await getJson(this.path);
   }
@@ -42,10 +47,10 @@ export class SiteModel extends EventTarget {
     this.followsNewest = version === this.newest;
     const names = version ? version.summary.floors.map((one) => one.floor) : [];
     const kept = names.includes(floor) ? floor : names[0] ?? null;
-    const isOther = version?.version !== this.shown?.version || kept !== this.floor;
+    const before = this.showing;
     [this.shown, this.floor] = [version, kept];
     this.dispatchEvent(new Event("versions"));
-    if (isOther) this.dispatchEvent(new Event("map"));
+    if (this.showing !== before) this.dispatchEvent(new Event("map"));
   }
 
   // A view of the version that is shown; versions never change, so each is asked once.
