@@ -18,13 +18,14 @@ PATIENCE_S = 60.0
 
 
 class ServerProcess:
-    """``radioslam serve`` in a process of its own; open to everybody on loopback."""
+    """``radioslam serve`` in a process of its own; open to everybody on loopback, or asked with a new admin's key."""
 
-    def __init__(self, data: Path, database: str | None = None, *options: str) -> None:
+    def __init__(self, data: Path, database: str | None = None, *options: str, keyed: bool = False) -> None:
         with socket.socket() as free:
             free.bind(("127.0.0.1", 0))
             self.port = free.getsockname()[1]
         self.data = data
+        self.key = self.new_key("admin") if keyed else None
         self.options = [*(("--database", database) if database else ()), *options]
         self.process: subprocess.Popen[bytes] | None = None
         self.log = data.parent / f"{data.name}.log"
@@ -40,8 +41,13 @@ class ServerProcess:
     def __exit__(self, *_: object) -> None:
         self.stop()
 
+    def new_key(self, role: str) -> str:
+        command = [sys.executable, "-m", "radioslam", "keys", "add", role, "--role", role, "--data", str(self.data)]
+        return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
     def start(self) -> None:
-        command = [sys.executable, "-m", "radioslam", "serve", "--open", "--data", str(self.data)]
+        access = () if self.key else ("--open",)
+        command = [sys.executable, "-m", "radioslam", "serve", *access, "--data", str(self.data)]
         environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         with self.log.open("ab") as log:
             self.process = subprocess.Popen(
@@ -66,7 +72,7 @@ class ServerProcess:
     def ask(self, path: str, body: Any = None, method: str | None = None, timeout_s: float = 30.0) -> tuple[int, Any]:
         """Status and JSON; status 0 where nobody answers."""
         data = None if body is None else json.dumps(body).encode()
-        headers = {"Content-Type": "application/json"}
+        headers = {"Content-Type": "application/json", **({"X-API-Key": self.key} if self.key else {})}
         request = urllib.request.Request(self.url + path, data, headers, method=method)
         try:
             with urllib.request.urlopen(request, timeout=timeout_s) as response:

@@ -7,11 +7,8 @@ import contextlib
 import importlib.metadata
 from collections.abc import AsyncIterator
 from functools import partial
-from pathlib import Path
 
-from fastapi import FastAPI, Request, Response
-from starlette.responses import RedirectResponse
-from starlette.staticfiles import StaticFiles
+from fastapi import FastAPI
 
 from radioslam.errors import ConfigError
 from radioslam.server import (
@@ -31,13 +28,13 @@ from radioslam.server.journal import write_batches
 from radioslam.server.limits import BodyLimit, Rates
 from radioslam.server.live import Broadcast
 from radioslam.server.messages import ProblemResponse
+from radioslam.server.page_files import mount_page
 from radioslam.server.positions import Positioners, Sessions
 from radioslam.server.privacy import hider
 from radioslam.server.settings import Settings
 from radioslam.server.supervisor import Supervisor
 from radioslam.server.tables import Fact
 
-PAGE = Path(__file__).parent / "page"
 ROUTES = (routes_health, routes_sites, routes_walks, routes_maps, routes_positions, routes_doors)
 ERRORS = (401, 403, 404, 409, 413, 422, 429, 503)
 
@@ -65,7 +62,7 @@ def create_app(settings: Settings) -> FastAPI:
     problems.install(app)
     for routes in ROUTES:
         app.include_router(routes.router)
-    _mount_page(app)
+    mount_page(app)
     return app
 
 
@@ -114,20 +111,3 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await watching
     context.journal.close()
     context.database.close()
-
-
-def _mount_page(app: FastAPI) -> None:
-    """The web page, where it is installed: static files without data, and Plotly's script from its package."""
-
-    async def script(_: Request) -> Response:
-        from plotly.offline import get_plotlyjs
-
-        return Response(get_plotlyjs(), media_type="text/javascript", headers={"Cache-Control": "max-age=86400"})
-
-    async def root(_: Request) -> Response:
-        return RedirectResponse("/page/")
-
-    app.add_route("/page/plotly.min.js", script)
-    if (PAGE / "index.html").exists():
-        app.add_route("/", root)
-        app.mount("/page", StaticFiles(directory=PAGE, html=True))

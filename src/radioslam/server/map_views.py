@@ -61,11 +61,13 @@ def main_part(radio_map: RadioMap) -> RadioMap:
 
 
 def paths(result: SlamResult) -> list[dict[str, Any]]:
-    """Each walk before and after."""
+    """Each walk before, after and in truth, at its scans and in the map's frame."""
+    from radioslam.plots import reference_in_map
+
     samples, rows = result.radio_map, []
+    reference_xy = reference_in_map(result)
     for k, name in enumerate(samples.walks):
         here = samples.walk == k
-        fixes = result.references[k]
         rows.append(
             {
                 "walk": name,
@@ -75,7 +77,7 @@ def paths(result: SlamResult) -> list[dict[str, Any]]:
                 "odometry": result.odometry_poses[here, :2],
                 "estimate": samples.poses[here],
                 "sigma_m": samples.sigma_m[here],
-                "reference": None if fixes is None else fixes.positions_xy,
+                "reference": reference_xy[here] if np.isfinite(reference_xy[here]).any() else None,
             }
         )
     return rows

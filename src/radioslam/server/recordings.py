@@ -173,6 +173,8 @@ def _first_by_time(tables: Iterable[Array]) -> Array:
     for table in tables:
         kept.append(table[~np.isin(table[:, 0], known)])
         known = np.union1d(known, table[:, 0])
+    if not kept:  # a walk that has only begun
+        return np.empty((0, 1))
     rows = np.concatenate(kept)
     sorted_rows: Array = rows[np.argsort(rows[:, 0], kind="stable")]
     return sorted_rows

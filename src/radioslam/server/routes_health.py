@@ -1,4 +1,4 @@
-"""Health, without a key; and the description of the API and the page's own script library."""
+"""Health, without a key; whose key it is; and the description of the API."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from starlette.concurrency import run_in_threadpool
 
-from radioslam.server.access import AnyRole
+from radioslam.server.access import AnyRole, Caller
 from radioslam.server.context import context_of
 
 router = APIRouter(tags=["service"])
@@ -28,6 +28,12 @@ async def health(request: Request, response: Response) -> dict[str, Any]:
         "worker": "ok" if worker else "starting again",
         "worker_restarts": context.supervisor.restarts,
     }
+
+
+@router.get("/key")
+async def whose_key(caller: AnyRole) -> Caller:
+    """Name and role of the key that asks, so that a client offers only what it may."""
+    return caller
 
 
 @router.get("/openapi.json", include_in_schema=False)

@@ -66,7 +66,7 @@ def get_map(request: Request, site_id: SiteId, version: Version, _: Reader) -> M
 
 @router.get("/maps/{version}/paths")
 def get_paths(request: Request, site_id: SiteId, version: Version, _: Reader, floor: Floor = None) -> Any:
-    """Each walk before and after: ``odometry`` and ``estimate`` rows of x, y; ``reference`` where it is known."""
+    """Each walk at its scans: rows of x, y before (``odometry``), after (``estimate``) and in truth (``reference``)."""
     return _view("paths", _result(request, site_id, version, floor))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from typing import Annotated
 
 from fastapi import APIRouter, Request
@@ -136,4 +137,4 @@ def _check_site(context: Context, site_id: str) -> None:
 def _tell(context: Context, site_id: str, session: str, answer: LocationInfo) -> None:
     if answer.here and context.live.watchers:
         told = answer.model_dump(include={"x_m", "y_m", "sigma_x_m", "sigma_y_m", "radius_m", "floor"})
-        context.live.publish(site_id, "position", {"session": session[:8], **told})
+        context.live.publish(site_id, "position", {"session": session[:8], "time_s": time.time(), **told})
