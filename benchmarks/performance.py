@@ -72,7 +72,7 @@ def save_figure(rows: list[join.Row], maps: list[dict[str, Any]]) -> None:
     mpl.use("Agg")
     from matplotlib import pyplot as plt
 
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4.2), sharey=True, layout="constrained")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(11, 4.2), sharey=True, layout="constrained")
     campus = [row for row in rows if "campus" in row.world]
     for name in ("ours", "textbook C++", "plain Python", "SciPy", "sparse_dot_topn"):
         known = [row for row in campus if name in row.seconds]
@@ -86,7 +86,8 @@ def save_figure(rows: list[join.Row], maps: list[dict[str, Any]]) -> None:
     for axes in (left, right):
         axes.set(xscale="log", yscale="log", xlabel="scans")
         axes.grid(alpha=0.3)
-        axes.legend(fontsize=8)
+    left.legend(fontsize=8, loc="lower right")
+    right.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5))
     figure.savefig(FIGURE, dpi=110)
     plt.close(figure)
 
