@@ -8,6 +8,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from radioslam.formats import write_walk
 from radioslam.object_store import ObjectStore
 from radioslam.simulator import simulate
 from radioslam.slam import map_walks
+from radioslam.walk import Walk
 
 SITES, WALKS, TURNS = 16, 6, 3
 
@@ -42,16 +44,36 @@ def seconds_of_sites(client: Any, sites: Mapping[str, Sequence[Path]], out: Path
     return time.perf_counter() - started
 
 
-def seconds_of_one_site(client: Any, store: Path) -> tuple[float, float, float]:
-    """Seconds here, seconds in tiles and areas, and how far apart the results are."""
-    walks = simulate("campus", seed=0, walks=16)
+def neighbourhood() -> list[Walk]:
+    """Eight offices 100 m apart as one site, with access points and walks of their own."""
+    walks = []
+    for seed in range(8):
+        for walk in simulate("office", seed=seed, walks=24):
+            assert walk.reference is not None
+            moved = walk.reference.positions_xy + np.array([100.0 * (seed % 4), 100.0 * (seed // 4)])
+            own = tuple(f"{seed}-{name}" for name in walk.wifi.transmitters)
+            reference = replace(walk.reference, positions_xy=moved)
+            walks.append(
+                replace(
+                    walk, name=f"{seed}-{walk.name}", wifi=replace(walk.wifi, transmitters=own), reference=reference
+                )
+            )
+    return walks
+
+
+def one_site(client: Any, store: Path, name: str, walks: Sequence[Walk]) -> None:
+    """Print the seconds of the join and the optimization here, and in tiles and areas, and how far apart they end."""
     config = load_config(overrides=["merging.starts=known"], environment={})
-    seconds, results = [], []
+    seconds, poses = [], []
     for engine in (None, ClusterEngine(client, ObjectStore(str(store)))):
-        started = time.perf_counter()
-        results.append(map_walks(walks, config, engine=engine).radio_map.poses)
-        seconds.append(time.perf_counter() - started)
-    return (*seconds, float(np.hypot(*(results[1] - results[0])[:, :2].T).max()))
+        result = map_walks(walks, config, engine=engine)
+        poses.append(result.radio_map.poses)
+        seconds.append(result.seconds["similarity"] + result.seconds["optimization"])
+    apart_m = float(np.hypot(*(poses[1] - poses[0])[:, :2].T).max())
+    print(
+        f"{name}, {len(poses[0])} scans, join and optimization: here {seconds[0]:.1f} s, "
+        f"in tiles and areas on 2 workers {seconds[1]:.1f} s, at most {apart_m:.3f} m apart"
+    )
 
 
 def run() -> None:
@@ -69,8 +91,8 @@ def run() -> None:
         turns = [[seconds_of_sites(client, sites, folder / "out") for client in (one, two)] for _ in range(TURNS)]
         for alone, both in turns:
             print(f"{SITES} sites: 1 worker {alone:.1f} s, 2 workers {both:.1f} s, {alone / both:.2f} times faster")
-        here, there, apart_m = seconds_of_one_site(two, folder / "store")
-        print(f"one campus of 16 walks: here {here:.1f} s, in areas on 2 workers {there:.1f} s, {apart_m:.3f} m apart")
+        one_site(two, folder / "store", "eight offices of 24 walks", neighbourhood())
+        one_site(two, folder / "store", "a campus of 16 walks", simulate("campus", seed=0, walks=16))
 
 
 if __name__ == "__main__":

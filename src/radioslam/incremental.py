@@ -100,9 +100,9 @@ class GrowingMap(StandingMap):
             MappingError: another floor than the map's, or a first walk with too little to learn from.
         """
         self._check_floor(walk)
+        track = self._track_of(walk)
         if walk.name in self.mapped:
             self.remove(walk.name)
-        track = self._track_of(walk)
         number = 1 + max((one.number for one in self.mapped.values()), default=-1)
         fingerprints = next(split(collect_fingerprints([track], self.config.fingerprints)))
         alone = MappedWalk(number, track, fingerprints, fingerprints.poses, np.zeros(len(fingerprints)))
