@@ -15,9 +15,7 @@ demo: $(READY)  ## simulate a small building, map it, print the table and where 
 	$(BIN)/radioslam map $(DEMO)/walks --starts common --out $(DEMO)/map --force
 
 serve-demo: $(READY)  ## start the service, replay a simulated crowd, print the address; Ctrl-C ends it
-	rm -rf $(SERVE_DEMO)
-	$(BIN)/radioslam simulate office --out $(SERVE_DEMO)/walks --seed 1 --walks 12
-	$(BIN)/python -m examples.serve_demo $(SERVE_DEMO) $(SERVE_PORT)
+	$(BIN)/radioslam serve-demo --data $(SERVE_DEMO) --port $(SERVE_PORT)
 
 test: $(READY)  ## the whole test suite
 	$(BIN)/python -m pytest -n 2 --dist worksteal

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import importlib.util
 import json
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -34,6 +36,7 @@ def register(app: typer.Typer) -> None:
     """Add the commands to the application."""
     app.command()(serve)
     app.command()(replay)
+    app.command("serve-demo")(serve_demo)
     app.add_typer(keys, name="keys")
 
 
@@ -86,6 +89,20 @@ def replay(
     typer.echo(json.dumps(played.run(read_walks(logs)), indent=1))
 
 
+def serve_demo(
+    data: Data = Path("demo-service"),
+    port: Annotated[int, typer.Option(min=1, max=65535)] = 8000,
+    walks: Annotated[int, typer.Option(min=1, help="Simulated walkers.")] = 12,
+    speed: Annotated[float, typer.Option(min=0.01, help="Times as fast as people walk.")] = 5.0,
+    stay: Annotated[bool, typer.Option(help="Go on serving when the crowd is through.")] = True,
+) -> None:
+    """Serve, let a simulated crowd walk through an office, and print where to watch it."""
+    _need_extra()
+    from radioslam.server.demo import run_demo
+
+    run_demo(data, port, walks, speed, stay, typer.echo)
+
+
 @keys.command("add")
 def add(
     name: Annotated[str, typer.Argument(help="Whose key it is.")],
@@ -96,7 +113,8 @@ def add(
     """Make a key and print it; it is shown only now."""
     from radioslam.server.keys import add_key
 
-    typer.echo(add_key(_database(database, data), name, role))
+    with _database(database, data) as opened:
+        typer.echo(add_key(opened, name, role))
 
 
 @keys.command("list")
@@ -104,8 +122,9 @@ def list_(database: DatabaseUrl = None, data: Data = DEFAULT_DATA) -> None:
     """List names and roles."""
     from radioslam.server.keys import list_keys
 
-    for key in list_keys(_database(database, data)):
-        typer.echo(f"{key.name}\t{key.role}")
+    with _database(database, data) as opened:
+        for key in list_keys(opened):
+            typer.echo(f"{key.name}\t{key.role}")
 
 
 @keys.command("remove")
@@ -117,10 +136,12 @@ def remove(
     """Forget a key; servers that run follow within seconds."""
     from radioslam.server.keys import remove_key
 
-    remove_key(_database(database, data), name)
+    with _database(database, data) as opened:
+        remove_key(opened, name)
 
 
-def _database(url: str | None, data: Path) -> Database:
+@contextmanager
+def _database(url: str | None, data: Path) -> Iterator[Database]:
     _need_extra()
     from radioslam.server.database import Database
     from radioslam.server.settings import Settings
@@ -128,8 +149,11 @@ def _database(url: str | None, data: Path) -> Database:
     settings = Settings(data=data, database=url)
     settings.data.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
-    database.migrate()
-    return database
+    try:
+        database.migrate()
+        yield database
+    finally:
+        database.close()
 
 
 def _need_extra() -> None:

@@ -119,13 +119,21 @@ def test_when_the_last_walks_are_erased_no_map_is_left(service):
     for walk in WALKS[:2]:
         service.send_walk(walk, contributor="anna")
     service.build()
+    assert len(service.get("/sites/office/maps/1/paths")) == 2
     service.ask("DELETE", "/contributors/anna", expect=200)
     service.build()
+    service.post("/sites/office/locate", {"readings": readings(WALKS[0], 3)}, expect=503)
     assert service.get("/sites/office/maps") == []
     assert service.get("/sites/office/build")["state"] == "failed"
     with service.context.database.read() as session:
         assert session.scalar(select(StoredMap.version)) is None
         assert session.scalar(select(StoredBatch.sequence)) is None
+    for walk in WALKS[2:]:
+        service.send_walk(walk)
+    service.post("/sites/office/build", expect=202)
+    service.build()
+    assert service.get("/sites/office")["map_version"] == 2  # a number is never used again: nothing old is remembered
+    assert [one["walk"] for one in service.get("/sites/office/maps/latest/paths")] == [walk.name for walk in WALKS[2:]]
 
 
 def test_erased_bytes_leave_the_embedded_database(tmp_path):

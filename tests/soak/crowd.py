@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-import operator
-
 import numpy as np
 
 from radioslam.walk import RadioScans, Signal, Walk
@@ -33,9 +30,8 @@ def _walk(name: str, stations: np.ndarray, names: list[str], duration_s: float, 
     drift = np.cumsum(rng.normal(0, 0.03, positions.shape), axis=0)
     scan_s = np.arange(2.0, duration_s, SCAN_EVERY_S)
     readings = [_scan(t, positions[int(t)], stations, names, rng) for t in scan_s]
-    wifi = RadioScans.from_readings(
-        *(functools.reduce(operator.iadd, column, []) for column in zip(*readings, strict=True))
-    )
+    columns = ([value for part in column for value in part] for column in zip(*readings, strict=True))
+    wifi = RadioScans.from_readings(*columns)
     return Walk(name, wifi, odometry=Signal(time_s, np.column_stack([positions + drift, heading])))
 
 

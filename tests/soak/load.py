@@ -49,13 +49,21 @@ def load(phones: int = 300, seconds: float = 300.0, database: str | None = None)
 
         watching = threading.Thread(target=watch)
         watching.start()
+        spent_s = time.process_time()
         tally = Replay(server.url, "hall", "common", 1.0, phones=phones, duration_s=seconds).run(walks)
         done.set()
         watching.join()
+        processor_s = {
+            "server": round(_processor_s(server.process.pid), 1) if server.process else None,
+            "worker": round(sum(map(_processor_s, server.workers())), 1),
+            "phones": round(time.process_time() - spent_s, 1),
+        }
         site, build = server.ask("/sites/hall")[1], server.ask("/sites/hall/build")[1]
     quarter = max(len(memory) // 4, 1)
     return {
         **tally,
+        "processor_s": processor_s,
+        "load_average": os.getloadavg()[0],
         "memory_mb_first_quarter": round(max(memory[:quarter])),
         "memory_mb_last_quarter": round(max(memory[-quarter:])),
         "map_versions_meanwhile": site["map_version"],

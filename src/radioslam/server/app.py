@@ -69,8 +69,12 @@ def create_app(settings: Settings) -> FastAPI:
 def _context(settings: Settings) -> Context:
     settings.maps.mkdir(parents=True, exist_ok=True)
     database = Database(settings.database_url)
-    database.migrate()
-    _check_hashing(database, settings.hash_bssids)
+    try:
+        database.migrate()
+        _check_hashing(database, settings.hash_bssids)
+    except BaseException:
+        database.close()
+        raise
     live = Broadcast()
     return Context(
         settings=settings,
@@ -100,10 +104,10 @@ def _check_hashing(database: Database, hash_bssids: bool) -> None:
 @contextlib.asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     context: Context = app.state.context
-    watching = asyncio.create_task(context.supervisor.watch())
+    stopping = asyncio.Event()
+    watching = asyncio.create_task(context.supervisor.watch(stopping))
     yield
-    watching.cancel()
-    with contextlib.suppress(asyncio.CancelledError):
-        await watching
+    stopping.set()
+    await watching
     context.journal.close()
     context.database.close()

@@ -70,6 +70,10 @@ class Positioners:
             return ready
         return self._make(site_id, newest, lock)
 
+    def forget(self, site_id: str) -> None:
+        """Drop what is kept of a site that was deleted."""
+        self._ready.pop(site_id, None)
+
     def _newest(self, site_id: str) -> int:
         query = select(StoredMap.version).where(StoredMap.site_id == site_id).order_by(StoredMap.version.desc())
         with self._database.read() as session:

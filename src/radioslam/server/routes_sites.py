@@ -54,11 +54,15 @@ def delete_site(request: Request, site_id: SiteId, _: Admin) -> None:
     """Delete a site with its walks and maps."""
     import shutil
 
+    from radioslam.server.map_views import load
+
     context = context_of(request)
     with context.database.write() as session:
         find_site(session, site_id)
         session.execute(delete(Site).where(Site.id == site_id))
     shutil.rmtree(context.settings.maps / site_id, ignore_errors=True)
+    context.positioners.forget(site_id)
+    load.cache_clear()
 
 
 @router.put("/{site_id}/georeference")

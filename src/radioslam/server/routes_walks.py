@@ -7,6 +7,7 @@ import io
 import re
 import tempfile
 import zipfile
+from functools import partial
 from pathlib import Path
 from typing import IO, Annotated
 
@@ -103,15 +104,11 @@ async def upload_file(
         async for chunk in request.stream():
             file.write(chunk)
         file.seek(0)
-        uploaded = await run_in_threadpool_one(_add_file, context, site_id, name, file, contributor, caller)
+        add = partial(_add_file, context, site_id, name, file, contributor, caller)
+        uploaded = await anyio.to_thread.run_sync(add, limiter=READING)
     for walk in uploaded.walks:
         context.live.publish(site_id, "walk", {"walk": walk, "state": "finished"})
     return uploaded
-
-
-async def run_in_threadpool_one(function: object, *arguments: object) -> Uploaded:
-    """Read one file at a time in a thread."""
-    return await anyio.to_thread.run_sync(lambda: function(*arguments), limiter=READING)  # type: ignore[operator]
 
 
 def _add_file(

@@ -28,9 +28,10 @@ def serve(settings: Settings, host: str, port: int, ready: Callable[[str], None]
         raise ConfigError(f"expected --open only on {LOOPBACK[0]}, found --host {host}; make keys instead")
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(name)s: %(message)s")
     logging.getLogger("alembic").setLevel(logging.WARNING)
+    app = create_app(settings)
     listening = _listen(host, port)
     config = uvicorn.Config(
-        create_app(settings),
+        app,
         access_log=False,  # addresses can hold keys
         log_level="warning",
         server_header=False,

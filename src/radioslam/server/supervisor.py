@@ -43,15 +43,16 @@ class Supervisor:
         """Whether the worker runs."""
         return self.process is not None and self.process.poll() is None
 
-    async def watch(self) -> None:
-        """Until cancelled."""
+    async def watch(self, stopping: asyncio.Event) -> None:
+        """Until it is told to stop; never cancelled, so that no look at the database is cut short."""
         try:
-            while True:
+            while not stopping.is_set():
                 if self.settings.worker:
                     self._keep_alive()
                 with contextlib.suppress(UnavailableError):
                     await self._publish(await run_in_threadpool(self._look))
-                await asyncio.sleep(LOOK_EVERY_S)
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(stopping.wait(), LOOK_EVERY_S)
         finally:
             self.stop()
 

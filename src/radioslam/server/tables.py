@@ -126,7 +126,8 @@ class StoredMap(Table):
 class Build(Table):
     """How the making of a site's map stands; ``state`` is idle, running or failed.
 
-    ``built`` is the stamp of the walks that the last attempt was made of, ``started`` counts attempts at the same.
+    ``built`` is the stamp of the walks that the last attempt was made of, ``attempts`` counts those at the same;
+    ``version`` is the last number given to a map, which is never given again.
     """
 
     __tablename__ = "builds"
@@ -136,5 +137,6 @@ class Build(Table):
     step: Mapped[str] = mapped_column(default="")
     built: Mapped[str] = mapped_column(default="")
     attempts: Mapped[int] = mapped_column(default=0)
+    version: Mapped[int] = mapped_column(default=0)
     message: Mapped[str] = mapped_column(String(1000), default="")
     changed_s: Mapped[float] = mapped_column(default=0.0)

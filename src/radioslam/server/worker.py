@@ -15,7 +15,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from sqlalchemy import delete, func, select, update
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from radioslam.errors import LogError, RadioSlamError, UnavailableError
@@ -92,8 +92,7 @@ class Worker:
         with self.database.read() as session:
             query = select(StoredWalk).where(StoredWalk.site_id == site.id, StoredWalk.state != "withdrawn")
             walks, unread = _load(session, list(session.scalars(query.order_by(StoredWalk.name))))
-            newest = session.scalar(select(func.max(StoredMap.version)).where(StoredMap.site_id == site.id))
-        version = (newest or 0) + 1
+            version = session.get_one(Build, site.id).version + 1
         target = self.settings.maps / site.id / str(version)
         shutil.rmtree(target, ignore_errors=True)  # of an attempt that was not entered
         config = site_config(site.starts, site.heading, site.overrides)
@@ -112,6 +111,7 @@ class Worker:
             )
             build = session.get_one(Build, site.id)
             build.state, build.step, build.attempts, build.changed_s = "idle", "", 0, time.time()
+            build.version = version
 
     def _tell(self, site_id: str, **values: object) -> None:
         with self.database.write() as session:

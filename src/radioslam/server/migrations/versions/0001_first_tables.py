@@ -45,6 +45,7 @@ def upgrade() -> None:
         sa.Column("step", sa.String(length=200), nullable=False),
         sa.Column("built", sa.String(length=200), nullable=False),
         sa.Column("attempts", sa.BigInteger(), nullable=False),
+        sa.Column("version", sa.BigInteger(), nullable=False),
         sa.Column("message", sa.String(length=1000), nullable=False),
         sa.Column("changed_s", sa.Float(precision=53), nullable=False),
         sa.ForeignKeyConstraint(["site_id"], ["sites.id"], name=op.f("fk_builds_site_id"), ondelete="CASCADE"),
