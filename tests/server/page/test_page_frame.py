@@ -9,12 +9,13 @@ import pytest
 from playwright.sync_api import expect
 
 from radioslam.server.page_files import FOLDER
-from tests.server.page.tab import EVIL, PHONE, TRACES, WALKS, office, opened, send, unfold, wait_until
+from tests.server.page.tab import DESKTOP, EVIL, PHONE, TRACES, WALKS, office, opened, send, unfold, wait_until
 from tests.server.processes import ServerProcess
 
 UNNAMED = """[...document.querySelectorAll("button, input, select, textarea, a")]
     .filter((one) => !(one.labels?.length || one.getAttribute("aria-label") || one.textContent.trim()))
     .map((one) => one.outerHTML)"""
+FOLDED = ("Upload walks", "Floor image", "Find a position", "Walks")
 pytestmark = pytest.mark.slow
 
 
@@ -58,9 +59,16 @@ def test_the_keyboard_reaches_all(browser, server):
         expect(page.get_by_role("dialog")).to_be_hidden()
 
 
+def test_all_of_it_fits_a_desktop(browser, server):
+    with office(browser, server, size=DESKTOP) as page:
+        for title in FOLDED:
+            unfold(page, title)
+        assert page.evaluate("document.documentElement.scrollWidth") == DESKTOP["width"]
+
+
 def test_it_fits_a_phone(browser, server):
     with office(browser, server, size=PHONE) as page:
-        for title in ("Layers", "Upload walks", "Floor image", "Find a position", "Walks"):
+        for title in ("Layers", *FOLDED):
             unfold(page, title)
         assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
         box = page.locator(".map").bounding_box()
@@ -81,9 +89,9 @@ def test_the_page_goes_on_when_the_service_comes_back(browser, tmp_path):
             other.kill()
             expect(page.locator("#stream")).to_contain_text("does not answer")
             other.start()
-            expect(page.locator("#stream")).to_contain_text("Live")
             for walk in WALKS[:3]:
                 send(other, walk, "a")
+            expect(page.locator("#stream")).to_contain_text("Live")
             expect(page.locator(".versions output")).to_contain_text("(newest)")
 
 

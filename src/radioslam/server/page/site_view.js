@@ -58,7 +58,16 @@ class SiteView {
   async begin() {
     await Promise.all([this.model.refreshVersions(), this.status.refresh(), this.walks.refresh(), this.showPlan()]);
     this.map.draw();
-    this.stop = watchEvents(`${this.model.path}/events`, (kind, data) => this.take(kind, data), (state) => this.status.showStream(state));
+    this.stop = watchEvents(`${this.model.path}/events`, (kind, data) => this.take(kind, data), (state) => this.heard(state));
+  }
+
+  // What happened while nobody listened is asked for.
+  heard(state) {
+    this.status.showStream(state);
+    if (state !== "live") return;
+    this.soon("versions", () => this.model.refreshVersions());
+    this.soon("walks", () => this.walks.refresh());
+    this.soon("build", () => this.status.refresh());
   }
 
   async changePlan() {
