@@ -61,3 +61,10 @@ def test_nothing_is_a_walk_without_anything():
     assert len(walk.wifi) == 0
     assert walk.motion is None
     assert np.isfinite(walk.start_s)
+
+
+def test_a_walk_that_has_only_begun_is_empty_and_no_error():
+    walk = assembled("begun", [])
+    assert len(walk.wifi) == 0
+    assert walk.odometry is None
+    assert walk.inertial is None

@@ -16,6 +16,7 @@ UNNAMED = """[...document.querySelectorAll("button, input, select, textarea, a")
     .filter((one) => !(one.labels?.length || one.getAttribute("aria-label") || one.textContent.trim()))
     .map((one) => one.outerHTML)"""
 FOLDED = ("Upload walks", "Floor image", "Find a position", "Walks")
+SCRIPTS = sorted(FOLDER.glob("*.js"))
 pytestmark = pytest.mark.slow
 
 
@@ -95,14 +96,18 @@ def test_the_page_goes_on_when_the_service_comes_back(browser, tmp_path):
             expect(page.locator(".versions output")).to_contain_text("(newest)")
 
 
-def test_scripts_are_sound_modules():
+def test_scripts_parse_as_modules():
     node = shutil.which("node")
     if node is None:
-        pytest.skip("no node here to check the syntax of the scripts")
-    for path in sorted(FOLDER.glob("*.js")):
-        checked = subprocess.run(
-            [node, "--input-type=module", "--check"], input=path.read_text("utf-8"), capture_output=True, text=True
-        )
+        pytest.skip("no node here to check the syntax of the scripts; the browser ran those that it loaded")
+    for path in SCRIPTS:
+        check = [node, "--input-type=module", "--check"]
+        checked = subprocess.run(check, input=path.read_text("utf-8"), capture_output=True, text=True, check=False)
         assert checked.returncode == 0, checked.stderr
+
+
+def test_scripts_write_no_markup():
+    assert len(SCRIPTS) > 20
+    for path in SCRIPTS:
         text = path.read_text("utf-8")
         assert not [word for word in ("innerHTML", "outerHTML", "insertAdjacentHTML", "eval(") if word in text], path
