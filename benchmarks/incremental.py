@@ -2,7 +2,7 @@
 
 Reference in the same run is a batch run of the smaller crowd and the walks that come to it. The larger crowd is grown
 from that one walk by walk, without any full optimization, because a batch run of 187,000 scans on one floor takes too
-long. Seconds are processor time, so that other work on the machine does not count.
+long. Sizes are at least five walks apart. Seconds are processor time, so that other work on the machine does not count.
 """
 
 from __future__ import annotations
