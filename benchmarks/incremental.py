@@ -2,7 +2,7 @@
 
 Reference in the same run is a batch run of the smaller crowd and the walks that come to it. The larger crowd is grown
 from that one walk by walk, without any full optimization, because a batch run of 187,000 scans on one floor takes too
-long. Seconds are processor time, so that other work on the machine does not count.
+long. Sizes are at least five walks apart. Seconds are processor time, so that other work on the machine does not count.
 """
 
 from __future__ import annotations
@@ -67,9 +67,10 @@ def run(sizes: Sequence[int] = SIZES) -> None:
     for size, (mean_s, most_s, result) in sorted(measured.items()):
         names = [walk.name for walk in walks[size : size + NEW]]
         same = f"{batch_s / mean_s:11.0f}" if size == small else f"{'–':>11}"
-        errors = [error_m(one, which) for which in (names, result.walks) for one in (result, batch)]
-        of_batch = [f"{errors[k]:8.2f}" if size == small else f"{'–':>8}" for k in (1, 3)]
-        row = f"{size:6d} {mean_s:10.2f} {most_s:9.2f} {same} {errors[0]:11.2f} {of_batch[0]} {errors[2]:6.2f}"
+        errors = [error_m(result, which) for which in (names, result.walks)]
+        judged = [error_m(batch, which) for which in (names, result.walks)] if size == small else []
+        of_batch = [f"{error:8.2f}" for error in judged] or 2 * [f"{'–':>8}"]
+        row = f"{size:6d} {mean_s:10.2f} {most_s:9.2f} {same} {errors[0]:11.2f} {of_batch[0]} {errors[1]:6.2f}"
         print(row, of_batch[1], flush=True)
     print(f"one more walk at {max(sizes)} over at {small}: {measured[max(sizes)][0] / measured[small][0]:.2f}")
 
