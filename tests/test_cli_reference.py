@@ -107,11 +107,14 @@ def test_missing_poses_and_intrinsics_are_one_clear_line(walk, tmp_path, capsys)
 
 
 def test_simulate_gives_walks_with_clouds(tmp_path, capsys):
-    code, _, _ = run(capsys, "simulate", "office", "--walks", 1, "--clouds", "--out", tmp_path / "w")
+    code, _, _ = run(capsys, "simulate", "office", "--walks", 1, "--clouds", "depth", "--out", tmp_path / "w")
     assert code == 0
     folder = tmp_path / "w" / "office-00" / "clouds"
     names = {path.name for path in folder.iterdir()}
     assert {"camera-intrinsics.txt", "mount.txt", "clouds.txt", "frame-000000.depth.png"} <= names
-    code, _, error = run(capsys, "simulate", "--drift", tmp_path / "w", "--clouds", "--out", tmp_path / "x")
+    code, _, error = run(capsys, "simulate", "--drift", tmp_path / "w", "--clouds", "depth", "--out", tmp_path / "x")
     assert code == 1
     assert "--clouds: expected a building" in error
+    code, _, error = run(capsys, "simulate", "office", "--clouds", "sonar", "--out", tmp_path / "x")
+    assert code == 1
+    assert "--clouds: expected depth or lidar, found 'sonar'" in error

@@ -225,7 +225,9 @@ def simulate(
         list[Path] | None,
         typer.Option(help="Instead of a building: logs with true positions, given a tracker's drift; repeatable."),
     ] = None,
-    clouds: Annotated[bool, typer.Option("--clouds", help="Add depth frames for `radioslam reference`.")] = False,
+    clouds: Annotated[
+        str | None, typer.Option(metavar="depth|lidar", help="Add point clouds for `radioslam reference`.")
+    ] = None,
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
@@ -245,34 +247,37 @@ def simulate(
         made = simulate_walks(
             str(building), seed=seed, walks=walks, devices=devices, floors=floors, hours=hours, inertial=inertial
         )
-    write_frames = _frame_writer(building, made, seed) if clouds else None
+    write_clouds = _cloud_writer(building, made, seed, clouds) if clouds is not None else None
     with whole_folder(out, force, drift or ()) as partial, progress(quiet) as tell:
         (partial / ".radioslam-walks").touch()
         for done, walk in enumerate(made):
             tell(f"writing {walk.name}", done, len(made))
             folder = write_walk(walk, partial)
-            if write_frames is not None:
-                write_frames(walk, folder)
+            if write_clouds is not None:
+                write_clouds(walk, folder)
     if not quiet:
         scans = sum(len(walk.wifi) for walk in made)
         typer.echo(f"{len(made)} walks with {scans} scans in {out}")
 
 
-def _frame_writer(building: str | None, walks: list[Walk], seed: int) -> Callable[[Walk, Path], None]:
-    """Writes the depth frames of a walk through the building, furnished for these walks."""
+def _cloud_writer(building: str | None, walks: list[Walk], seed: int, kind: str) -> Callable[[Walk, Path], None]:
+    """Writes the clouds of a walk through the building, furnished for these walks."""
     import numpy as np
 
     from radioslam.errors import ConfigError
     from radioslam.simulator import SCENARIOS
-    from radioslam.simulator.depth_camera import write_frames
+    from radioslam.simulator.cloud_frames import SENSORS, write_clouds
     from radioslam.simulator.furnishing import furnish
     from radioslam.simulator.streams import random_stream
 
     if building is None:
         raise ConfigError("--clouds: expected a building (office, campus or tower), found walks of --drift")
+    if kind not in SENSORS:
+        raise ConfigError(f"--clouds: expected {' or '.join(SENSORS)}, found {kind!r}")
     paths_xy = np.concatenate([walk.reference.positions_xy for walk in walks if walk.reference is not None])
     scene = furnish(SCENARIOS[building].make_building(), paths_xy, seed)
-    return lambda walk, folder: write_frames(walk, scene, folder, random_stream(seed, "depth", walk.name))
+    sensor = SENSORS[kind]()
+    return lambda walk, folder: write_clouds(walk, scene, folder, random_stream(seed, kind, walk.name), sensor)
 
 
 @app.command()

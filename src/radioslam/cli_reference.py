@@ -30,7 +30,9 @@ def reference(
         bool | None, typer.Option("--planar/--spatial", help="Default: planar where odometry is.", show_default=False)
     ] = None,
     unit: Annotated[float, typer.Option(min=1e-6, help="Metres per unit of the clouds; 0.001 for millimetres.")] = 1.0,
-    preset: Annotated[str | None, typer.Option(help="default or paper.", show_default=False)] = None,
+    preset: Annotated[
+        str | None, typer.Option(help="default, paper, or lidar for scanners that look all around.", show_default=False)
+    ] = None,
     config: Annotated[Path | None, typer.Option(help="TOML file with any of the keys.")] = None,
     set_: Annotated[
         list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key; repeatable.")

@@ -314,8 +314,8 @@ class RegistrationConfig(_Group):
     """A key point has the strongest response so far around."""
     least_response: float = Field(2e-6, ge=0)
     """Weaker responses above that of a plane (at most 1/27) are no key points."""
-    key_points: int = Field(400, ge=3)
-    """At most so many per cloud, the strongest."""
+    key_points: int = Field(400, ge=0)
+    """At most so many per cloud, the strongest; with 0 ICP starts from the estimate alone."""
     shot_radius_m: float = Field(0.6, gt=0)
     """Ball that a descriptor describes."""
     match_ratio: float = Field(0.95, gt=0, le=1)
@@ -361,6 +361,8 @@ class ReferenceConfig(_Group):
     """A cloud becomes a node of the graph when the sensor has moved so far since the last one ..."""
     key_frame_rad: float = Field(0.1, ge=0)
     """... or turned so far."""
+    submap_m: float = Field(0.0, ge=0)
+    """Each cloud is joined by odometry with those that were taken so far before and after it; 0: it stands alone."""
     chain: int = Field(4, ge=1)
     """Each node is registered with so many that follow it, from odometry's guess."""
     gates_m: tuple[float, ...] = (6.0, 1.5)
@@ -369,6 +371,8 @@ class ReferenceConfig(_Group):
     """Two stretches of path of this length are tried once per round, by the pair whose middles are nearest."""
     max_turn_rad: float = Field(1.0, gt=0)
     """Sensors that look more different ways see different sides of things; π for lidars that look all around."""
+    max_drift_rad: float = Field(0.8, gt=0)
+    """A loop may turn the estimate by no more than this: corridors look alike forwards and backwards."""
     least_walked_m: float = Field(1.0, ge=0)
     """Nodes of one walk closer along the path than this are no loop candidates."""
     loops_per_stretch: int = Field(4, ge=1)
@@ -430,6 +434,10 @@ PRESETS: dict[str, dict[str, Any]] = {
         "screening": {"rule": "single", "window_m": 3.0, "min_loops_per_walk": 6, "consistency_m": 6.0},
         "optimizer": {"loop_loss": "cauchy", "loss_scale": 0.5},
     },
+}
+PRESETS["lidar"] = PRESETS["default"] | {
+    "registration": {"max_range_m": 8.0, "icp_reach_m": 0.5},
+    "reference": {"max_turn_rad": 3.1416, "key_frame_m": 1.0, "key_frame_rad": 3.1416, "submap_m": 1.0, "chain": 2},
 }
 
 

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from radioslam import rigid
-from radioslam.simulator.depth_camera import DepthCamera, depth_of
+from radioslam.simulator.depth_camera import DepthCamera
 from radioslam.simulator.furnishing import Scene
+from radioslam.simulator.ray_casting import depth_of
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radioslam.errors import LogError
-from radioslam.point_cloud.pcd import lzf_decompress, read_pcd
+from radioslam.point_cloud.pcd import lzf_decompress, read_pcd, write_pcd
 
 POINTS = np.random.default_rng(0).uniform(-2, 2, (60, 3)).astype(np.float32)
 
@@ -115,3 +115,8 @@ def test_what_was_packed_is_unpacked(data, repeats):
 def test_garbage_is_unpacked_to_the_size_it_states_or_refused(data, size):
     with contextlib.suppress(ValueError):
         assert len(lzf_decompress(data, size)) == size
+
+
+def test_what_is_written_is_read(tmp_path):
+    write_pcd(tmp_path / "a.pcd", POINTS)
+    np.testing.assert_array_equal(read_pcd(tmp_path / "a.pcd"), POINTS.astype(np.float32))

@@ -14,7 +14,7 @@ from radioslam.point_cloud.candidates import alike_by_radio, along_walks, near_i
 from radioslam.point_cloud.depth import DEPTH_ENDING, INTRINSICS_NAME, write_depth
 from radioslam.point_cloud.nodes import collect_nodes
 from radioslam.point_cloud.reference_folder import summarize
-from radioslam.simulator.depth_camera import depth_of
+from radioslam.simulator.ray_casting import depth_of
 from radioslam.walk import RadioScans, Reference, Signal, Walk
 from tests.point_cloud.scenes import CAMERA, room
 
@@ -153,7 +153,7 @@ def test_a_flat_cloud_is_left_out_and_told(tmp_path):
     blank = np.zeros((CAMERA.height, CAMERA.width))
     write_depth(recording.clouds[2], blank)
     write_depth(recording.clouds[3], blank + 2.0)
-    nodes = collect_nodes([recording], CONFIG.registration, (0.1, 0.1), 1.0, lambda *_: None)
+    nodes = collect_nodes([recording], CONFIG.registration, CONFIG.reference, 1.0, lambda *_: None)
     assert nodes.time_s.tolist() == [0.0, 1.0, 4.0, 5.0]
     assert "an empty cloud" in nodes.skipped[0]
     assert "all of them on a plane" in nodes.skipped[1]

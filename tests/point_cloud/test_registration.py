@@ -40,6 +40,13 @@ def test_a_good_guess_is_taken_and_a_bad_one_does_no_harm(pair):
         assert rigid.apart(found.T_target_source, TRUTH)[0] < 0.03
 
 
+def test_what_lies_too_far_from_the_guess_is_not_believed(pair):
+    off = TRUTH @ rigid.from_planar(np.array([[0.0, 0.0, 0.5]]))[0]
+    assert register(*pair, CONFIG, off, reach=(10.0, 0.6)).accepted
+    assert not register(*pair, CONFIG, off, reach=(10.0, 0.4)).accepted
+    assert not register(*pair, CONFIG, random_motion(9), reach=(0.1, 4.0)).accepted
+
+
 def test_back_and_forth_are_inverse(pair):
     there, back = register(*pair, CONFIG), register(pair[1], pair[0], CONFIG)
     metres, radians = rigid.apart(there.T_target_source @ back.T_target_source, np.eye(4))

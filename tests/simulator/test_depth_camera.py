@@ -6,8 +6,10 @@ from radioslam.planar import wrap
 from radioslam.point_cloud import find_recordings
 from radioslam.point_cloud.clouds import read_cloud
 from radioslam.simulator import SCENARIOS, TrackerDrift, simulate
-from radioslam.simulator.depth_camera import DepthCamera, depth_of, true_poses, write_frames
+from radioslam.simulator.cloud_frames import true_poses, write_clouds
+from radioslam.simulator.depth_camera import DepthCamera
 from radioslam.simulator.furnishing import WAY_CLEARANCE_M, Scene, furnish
+from radioslam.simulator.ray_casting import depth_of
 from radioslam.simulator.tracker import drifted_poses
 from radioslam.simulator.walkable import WALL_CLEARANCE_M
 from tests.crowds import office_walks
@@ -94,7 +96,7 @@ def test_frames_of_a_walk_are_read_back_where_they_were_taken(tmp_path):
     (walk,) = simulate("office", seed=3, walks=1)
     scene = furnish(SCENARIOS["office"].make_building(), walk.reference.positions_xy, 3)
     folder = write_walk(walk, tmp_path)
-    write_frames(walk, scene, folder, np.random.default_rng(0), CAMERA)
+    write_clouds(walk, scene, folder, np.random.default_rng(0), CAMERA)
     (recording,) = find_recordings([tmp_path])
     assert len(recording.clouds) == len(walk.reference)
     np.testing.assert_allclose(recording.cloud_s, walk.reference.time_s)

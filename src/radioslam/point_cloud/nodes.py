@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radioslam import rigid
-from radioslam.config import RegistrationConfig
+from radioslam.config import ReferenceConfig, RegistrationConfig
 from radioslam.errors import LogError, MappingError
 from radioslam.point_cloud.clouds import check_cloud, read_cloud, unit_warning
 from radioslam.point_cloud.recordings import Recording
@@ -52,13 +52,14 @@ class Nodes:
 def collect_nodes(
     recordings: Sequence[Recording],
     config: RegistrationConfig,
-    key_frame: tuple[float, float],
+    settings: ReferenceConfig,
     metres_per_unit: float,
     tell: Tell,
 ) -> Nodes:
-    """Read the clouds of key frames: those ``key_frame`` (m, rad) apart from the one before.
+    """Read the clouds of key frames: those ``key_frame_m`` or ``key_frame_rad`` apart from the one before.
 
-    Flat, empty or far clouds are left out, with the reason.
+    With ``submap_m`` each is joined with its neighbours along the walk, as odometry lays them. Flat, empty or far
+    clouds are left out, with the reason.
 
     Raises:
         LogError: a file cannot be read or holds NaN.
@@ -67,13 +68,13 @@ def collect_nodes(
     chosen = [
         (k, frame, T, walked)
         for k, recording in enumerate(recordings)
-        for frame, T, walked in _key_frames(recording, *key_frame)
+        for frame, T, walked in _key_frames(recording, settings.key_frame_m, settings.key_frame_rad)
     ]
     rows, skipped, warnings = [], [], []
     for done, (k, frame, T, walked) in enumerate(chosen):
         path = recordings[k].clouds[frame]
         tell(f"describing {path.name}", done, len(chosen))
-        points = read_cloud(path, metres_per_unit)
+        points = _submap(recordings[k], frame, settings.submap_m, config.max_range_m, metres_per_unit)
         warnings += [text for text in [unit_warning(points, path)] if text]
         try:
             features = _features(points, path, config)
@@ -99,6 +100,33 @@ def collect_nodes(
     )
 
 
+def _submap(recording: Recording, frame: int, submap_m: float, max_range_m: float, metres_per_unit: float) -> Array:
+    """Points (n, 3) of a cloud and of those beside it along the walk, in the cloud's frame."""
+    points = [read_cloud(recording.clouds[frame], metres_per_unit)]
+    sensor = recording.sensor_at_clouds()
+    for other in beside(walked_m(sensor), frame, submap_m):
+        cloud = read_cloud(recording.clouds[other], metres_per_unit)
+        near = cloud[np.linalg.norm(cloud, axis=1) <= max_range_m]
+        points.append(rigid.transform(rigid.inverse(sensor[frame]) @ sensor[other], near))
+    return np.concatenate(points)
+
+
+def walked_m(sensor: Array) -> Array:
+    """Path length (n,) up to each of the poses (n, 4, 4)."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(sensor[:, :3, 3], axis=0), axis=1))])
+
+
+def beside(walked: Array, frame: int, submap_m: float) -> Integers:
+    """The clouds that make up a submap with this one: about one per half of ``submap_m``, so far before and after."""
+    if not submap_m:
+        return np.zeros(0, np.int64)
+    away = walked - walked[frame]
+    near = np.flatnonzero((np.abs(away) <= submap_m) & (np.abs(away) > submap_m / 4))
+    near = near[np.argsort(np.abs(near - frame), kind="stable")]
+    _, first = np.unique(np.rint(away[near] / (submap_m / 2)), return_index=True)
+    return np.sort(near[first]).astype(np.int64)
+
+
 def _features(points: Array, path: Path, config: RegistrationConfig) -> Features:
     near = points[np.linalg.norm(points, axis=1) <= config.max_range_m] if len(points) else points
     if len(points) and not len(near):
@@ -110,9 +138,8 @@ def _features(points: Array, path: Path, config: RegistrationConfig) -> Features
 
 def _key_frames(recording: Recording, move_m: float, turn_rad: float) -> Iterator[tuple[int, Array, float]]:
     """Number, odometry and path length of the first cloud and of each that is far enough from the one before."""
-    poses = recording.body_at_clouds()
-    sensor = poses @ recording.T_body_sensor
-    walked = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(sensor[:, :3, 3], axis=0), axis=1))])
+    poses, sensor = recording.body_at_clouds(), recording.sensor_at_clouds()
+    walked = walked_m(sensor)
     last = 0
     for k in range(len(poses)):
         moved_m, turned_rad = rigid.apart(sensor[last], sensor[k])

@@ -33,6 +33,13 @@ def read_pcd(path: Path) -> Array:
     return points[~np.isnan(points).all(axis=1)] if organized else points
 
 
+def write_pcd(path: Path, points: Array) -> None:
+    """Write points (n, 3) in binary, 32 bits per coordinate."""
+    fields = "VERSION 0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nCOUNT 1 1 1\n"
+    header = f"{fields}WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS {len(points)}\nDATA binary\n"
+    path.write_bytes(header.encode("ascii") + points.astype("<f4").tobytes())
+
+
 def _split(data: bytes) -> tuple[dict[str, list[str]], bytes]:
     """The header's lines by their first word, and what follows the line DATA."""
     header: dict[str, list[str]] = {}

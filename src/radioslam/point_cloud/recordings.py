@@ -57,6 +57,10 @@ class Recording:
         """Odometry (n, 4, 4) at the clouds' times."""
         return rigid.interpolate(self.time_s, self.T_odom_body, self.cloud_s)
 
+    def sensor_at_clouds(self) -> Array:
+        """Poses (n, 4, 4) of the sensor when each cloud was taken, by odometry."""
+        return self.body_at_clouds() @ self.T_body_sensor
+
     @property
     def is_planar(self) -> bool:
         """Whether odometry knows no heights and no slopes."""

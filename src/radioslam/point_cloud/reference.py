@@ -94,8 +94,7 @@ def make_reference(
     settings, clock = config.reference, [time.perf_counter()]
     seconds: dict[str, float] = {}
     flat = all(recording.is_planar for recording in recordings) if planar is None else planar
-    key_frame = (settings.key_frame_m, settings.key_frame_rad)
-    nodes = collect_nodes(recordings, config.registration, key_frame, metres_per_unit, tell)
+    nodes = collect_nodes(recordings, config.registration, settings, metres_per_unit, tell)
     _lap(seconds, clock, "describing")
     trial = _Trial(nodes, config, flat, tell)
     odometry, poses = odometry_edges(nodes, settings), nodes.T_odom_body
@@ -123,7 +122,7 @@ class _Trial:
     """Registers pairs of nodes and keeps the attempts."""
 
     def __init__(self, nodes: Nodes, config: Config, planar: bool, tell: Tell) -> None:
-        self.nodes, self.config, self.planar, self.tell = nodes, config.registration, planar, tell
+        self.nodes, self.config, self.planar, self.tell = nodes, config, planar, tell
         self.attempts: list[Attempt] = []
         self.tried: set[tuple[int, int]] = set()
 
@@ -140,9 +139,20 @@ class _Trial:
         guess = None
         if T_map_body is not None:
             guess = rigid.inverse(T_map_body[i] @ mounts[i]) @ T_map_body[j] @ mounts[j]
-        found = register(self.nodes.features[i], self.nodes.features[j], self.config, guess)
+        found = register(
+            self.nodes.features[i], self.nodes.features[j], self.config.registration, guess, self._reach(i, j, kind)
+        )
         T = mounts[i] @ found.T_target_source @ rigid.inverse(mounts[j])
         return Attempt(i, j, kind, T, moved(found.covariance, mounts[j]), found.matched, self._verdict(found, T, kind))
+
+    def _reach(self, i: int, j: int, kind: str) -> tuple[float, float]:
+        """How far (m, rad) a registration may be from the estimate: three standard deviations of the odometry between
+        neighbours; between others the gate and ``max_drift_rad``."""
+        settings = self.config.reference
+        if kind != ALONG:
+            return max(settings.gates_m), settings.max_drift_rad
+        root_m = 3.0 * max(abs(self.nodes.distance_m[j] - self.nodes.distance_m[i]), 1.0) ** 0.5
+        return root_m * settings.odometry_translation_sigma_m, root_m * settings.odometry_rotation_sigma_rad
 
     def _verdict(self, found: Registration, T_i_j: Array, kind: str) -> str:
         """The registration's own, but neighbours may slide: odometry holds them where the covariance says nothing."""

@@ -70,7 +70,7 @@ def make_features(points: Array, config: RegistrationConfig) -> Features:
     """Down-sample a checked cloud (n, 3) in its sensor's frame, and describe its key points."""
     near = points[np.linalg.norm(points, axis=1) <= config.max_range_m]
     surface = make_surface(near, config.voxel_m, config.normal_neighbours)
-    if not len(surface):
+    if not len(surface) or not config.key_points:
         return Features(surface, np.zeros((0, 3)), np.zeros((0, LENGTH), np.float32))
     separation = config.key_point_separation_m
     keys = find_key_points(
@@ -81,7 +81,11 @@ def make_features(points: Array, config: RegistrationConfig) -> Features:
 
 
 def register(
-    target: Features, source: Features, config: RegistrationConfig, guess: Array | None = None
+    target: Features,
+    source: Features,
+    config: RegistrationConfig,
+    guess: Array | None = None,
+    reach: tuple[float, float] = (np.inf, np.inf),
 ) -> Registration:
     """Find the motion that lays the source over the target.
 
@@ -90,16 +94,25 @@ def register(
         config: every limit.
         guess: T_target_source (4, 4) from which ICP starts first; where that is not accepted, or without a guess, it
             starts from the motions that matched key points agree on.
+        reach: how far (m, rad) from the guess the motion may be: what lies farther is not believed, for corridors look
+            alike forwards and backwards.
     """
     best = Registration(np.eye(4), UNKNOWN, 0.0, NO_MOTION)
     for T in _guesses(target, source, config, guess):
         if not _promising(target.surface, source.surface, T, config):
             continue
         found = _refined(target.surface, source.surface, T, config)
+        if guess is not None and not _within(guess, found.T_target_source, reach):
+            continue
         if found.accepted:
             return found
         best = max(best, found, key=lambda registration: registration.matched)
     return best
+
+
+def _within(guess: Array, T: Array, reach: tuple[float, float]) -> bool:
+    moved_m, turned_rad = rigid.apart(guess, T)
+    return bool(moved_m <= reach[0] and turned_rad <= reach[1])
 
 
 def _promising(target: Surface, source: Surface, T: Array, config: RegistrationConfig) -> bool:
