@@ -45,7 +45,7 @@ def test_another_place_is_not_here(mapped):
 
 def test_no_map_yet(service):
     service.make_site()
-    answer = service.post("/sites/office/locate", {"readings": FAR}, expect=503)
+    answer = service.post("/sites/office/locate", {"readings": FAR}, expect=409)
     assert "no map yet" in answer.json()["error"]["message"]
 
 

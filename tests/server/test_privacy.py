@@ -122,7 +122,7 @@ def test_when_the_last_walks_are_erased_no_map_is_left(service):
     assert len(service.get("/sites/office/maps/1/paths")) == 2
     service.ask("DELETE", "/contributors/anna", expect=200)
     service.build()
-    service.post("/sites/office/locate", {"readings": readings(WALKS[0], 3)}, expect=503)
+    service.post("/sites/office/locate", {"readings": readings(WALKS[0], 3)}, expect=409)
     assert service.get("/sites/office/maps") == []
     assert service.get("/sites/office/build")["state"] == "failed"
     with service.context.database.read() as session:

@@ -19,6 +19,7 @@ POSE = {"time_s": 1.0, "x_m": 0.0, "y_m": 0.0, "heading_rad": 0.0}
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.timeout(900)  # servers start again and again, on machines that others load
 @pytest.mark.parametrize("kind", ["sqlite", "postgresql"])
 def test_kill_9_loses_nothing_and_doubles_nothing(kind, tmp_path, request):
     if kind == "sqlite":
@@ -26,7 +27,7 @@ def test_kill_9_loses_nothing_and_doubles_nothing(kind, tmp_path, request):
     else:
         cluster = request.getfixturevalue("postgres")
         urls = [cluster.new_database(), cluster.new_database()]
-    survives(urls[0], urls[1], tmp_path, WALKS, kills=5, seed=1, speed=6.0)
+    survives(urls[0], urls[1], tmp_path, WALKS, kills=4, seed=1, speed=6.0)
 
 
 def test_database_gone_and_back(postgres, tmp_path):

@@ -40,7 +40,17 @@ def kills() -> None:
 
 def mangled() -> None:
     """The suite's mangled requests, many times over."""
-    command = [sys.executable, "-m", "pytest", "-q", "--timeout", "3600", "tests/server/test_mangled.py"]
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "--tb=short",
+        "--show-capture=no",
+        "--timeout",
+        "3600",
+        "tests/server/test_mangled.py",
+    ]
     subprocess.run(command, check=True, env={**os.environ, "RADIOSLAM_MANGLED": MANGLED_EACH})
 
 

@@ -16,7 +16,7 @@ from sqlalchemy import select
 
 from radioslam import planar
 from radioslam.config import load_config
-from radioslam.errors import NotFoundError, PositioningError, UnavailableError
+from radioslam.errors import ConflictError, NotFoundError, PositioningError
 from radioslam.server.database import Database
 from radioslam.server.map_files import RADIO_MAP
 from radioslam.server.store import find_site
@@ -57,7 +57,7 @@ class Positioners:
         """The site's positioner.
 
         Raises:
-            NotFoundError: no such site.  UnavailableError: it has no map yet.
+            NotFoundError: no such site.  ConflictError: it has no map yet.
         """
         newest = self._newest(site_id)
         ready = self._ready.get(site_id)
@@ -80,7 +80,7 @@ class Positioners:
             version = session.scalar(query.limit(1))
             if version is None:
                 find_site(session, site_id)
-                raise UnavailableError(f"site {site_id!r} has no map yet; send walks and wait for one")
+                raise ConflictError(f"site {site_id!r} has no map yet; send walks and wait for one")
         return version
 
     def _make(self, site_id: str, version: int, lock: threading.Lock) -> Ready:

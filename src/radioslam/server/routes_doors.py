@@ -18,7 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 from sqlalchemy import select
 from starlette.concurrency import run_in_threadpool
 
-from radioslam.errors import ConflictError, DoorError, UnavailableError
+from radioslam.errors import ConflictError, DoorError
 from radioslam.server.access import Caller, Reader, Uploader
 from radioslam.server.context import Context, context_of
 from radioslam.server.journal import Incoming
@@ -75,7 +75,7 @@ def _geolocate(context: Context, scan: dict[str, float]) -> dict[str, Any]:
     for site_id, _ in _georeferenced(context):
         try:
             known = len(scan.keys() & set(context.positioners.get(site_id).positioner.transmitters))
-        except UnavailableError:
+        except ConflictError:
             continue
         if known and (best is None or known > best[0]):
             best = (known, site_id)
