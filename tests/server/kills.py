@@ -21,10 +21,15 @@ def final_map(server: ServerProcess, site: str) -> tuple[list[str], np.ndarray]:
     before = server.ask(f"/sites/{site}")[1]["map_version"] or 0
     server.ask(f"/sites/{site}/build", {})
     server.wait_for_map(site, before + 1)
-    server.wait_for(lambda: server.ask(f"/sites/{site}/build")[1]["state"] == "idle", "an idle worker")
+    server.wait_for(lambda: _is_done(server.ask(f"/sites/{site}/build")[1]), "an idle worker")
     version = server.ask(f"/sites/{site}")[1]["map_version"]
     paths = server.ask(f"/sites/{site}/maps/{version}/paths")[1]
     return [one["walk"] for one in paths], np.concatenate([np.array(one["estimate"]) for one in paths])
+
+
+def _is_done(build: dict[str, object]) -> bool:
+    """Whether no map is being made nor wanted: one that was under way when it was wanted holds fewer walks."""
+    return build["state"] == "idle" and not build["wanted"]
 
 
 def replay_with_kills(
