@@ -17,8 +17,8 @@ from tests.server.postgres import running_postgres
 from tests.soak.load import load, speed
 
 KILLS = int(os.environ.get("RADIOSLAM_KILLS", "100"))
-SPEED = 0.25
-"""Slow enough that the walks last longer than the kills."""
+SPEED = 110 / (8 * KILLS)
+"""Walks of 110 s last longer than the kills, at eight seconds from one to the next."""
 MANGLED_EACH = "100"
 """Per operation, known and unknown names, and message; together more than 10,000 requests."""
 
