@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import subprocess
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
+
+from tests.server.debian import install
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
@@ -22,20 +23,9 @@ def find_chromium() -> str | None:
         found = next((path for name in NAMES if (path := shutil.which(name))), None)
         if found is not None:
             return found
-        if attempt == 0 and not _install():
+        if attempt == 0 and not install("chromium", "fonts-dejavu-core"):
             break
     return None
-
-
-def _install() -> bool:
-    if shutil.which("apt-get") is None or os.geteuid() != 0:
-        return False
-    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    install = ["apt-get", "install", "-q", "-y", "--no-install-recommends", "chromium", "fonts-dejavu-core"]
-    for command in (["apt-get", "update", "-q"], install):
-        if subprocess.run(command, env=environment, capture_output=True, timeout=900, check=False).returncode:
-            return False
-    return True
 
 
 @contextlib.contextmanager

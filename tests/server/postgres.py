@@ -12,6 +12,8 @@ import uuid
 from collections.abc import Iterator
 from pathlib import Path
 
+from tests.server.debian import install
+
 START_S = 60
 
 
@@ -24,19 +26,9 @@ def find_binaries() -> Path | None:
         on_path = shutil.which("initdb")
         if on_path:
             return Path(on_path).resolve().parent
-        if attempt == 0 and not _install():
+        if attempt == 0 and not install("postgresql"):
             break
     return None
-
-
-def _install() -> bool:
-    if shutil.which("apt-get") is None or os.geteuid() != 0:
-        return False
-    environment = {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}
-    for command in (["apt-get", "update", "-q"], ["apt-get", "install", "-q", "-y", "postgresql"]):
-        if subprocess.run(command, env=environment, capture_output=True, timeout=600, check=False).returncode:
-            return False
-    return True
 
 
 class Postgres:
