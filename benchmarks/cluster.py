@@ -68,7 +68,7 @@ def one_site(client: Any, store: Path, name: str, walks: Sequence[Walk]) -> None
     for engine in (None, ClusterEngine(client, ObjectStore(str(store)))):
         result = map_walks(walks, config, engine=engine)
         poses.append(result.radio_map.poses)
-        seconds.append(result.seconds["similarity"] + result.seconds["optimization"])
+        seconds.append(result.seconds["loop candidates"] + result.seconds["optimization"])
     apart_m = float(np.hypot(*(poses[1] - poses[0])[:, :2].T).max())
     print(
         f"{name}, {len(poses[0])} scans, join and optimization: here {seconds[0]:.1f} s, "
