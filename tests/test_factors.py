@@ -9,6 +9,7 @@ from radioslam.factors import (
     AlongAxisBlock,
     BetweenBlock,
     Layout,
+    PlaceBlock,
     PriorBlock,
     SamePlaceBlock,
     ZeroBlock,
@@ -54,13 +55,14 @@ def blocks(edges, priors):
         "between": BetweenBlock(edges),
         "between with scales": BetweenBlock(edges, log_scale=SCALES),
         "prior": PriorBlock(priors),
+        "place": PlaceBlock(np.array([1, 3]), np.array([[0.5, -1.0], [2.0, 0.3]]), np.array([0.4, 2.0]), "cauchy", 1.0),
         "zero": ZeroBlock(np.array([16, 2]), np.array([0.3, 0.1])),
         "same place": SamePlaceBlock(edges, np.linspace(-1, 1, 10).reshape(5, 2), 15, "none", 1.0),
         "along axis": AlongAxisBlock(Legs(edges.i, edges.j, np.linspace(0.05, 0.2, 5), 0.0), 16, "none", 1.0),
     }
 
 
-KINDS = ["between", "between with scales", "prior", "zero", "same place", "along axis"]
+KINDS = ["between", "between with scales", "prior", "place", "zero", "same place", "along axis"]
 
 
 @pytest.mark.parametrize("kind", KINDS)

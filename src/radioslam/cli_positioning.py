@@ -85,9 +85,9 @@ def track(
     """Follow a walk through the map, start unknown: CSV time_s,x_m,y_m,heading_rad,sigma_m."""
     from radioslam.config import load_config
     from radioslam.errors import LogError
+    from radioslam.following import follow
     from radioslam.formats import read_walks
     from radioslam.positioning import Positioner
-    from radioslam.tracking import follow
 
     radio_map, walks = load_map(map), read_walks([log])
     if len(walks) != 1:

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 
 from radioslam.config import Config
 from radioslam.errors import MappingError
+from radioslam.following import follow_track
 from radioslam.positioning import Positioner
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult
 from radioslam.slam import map_walks
-from radioslam.tracking import told_by, track_walk
+from radioslam.tracking import told_by
 from radioslam.walk import RadioScans, Reference, Signal, Walk
 
 Array = NDArray[np.float64]
@@ -90,11 +91,10 @@ def find_place(positioner: Positioner, walk: Walk, config: Config, seed: int) ->
     likeness = float(np.median(floor.neighbours.similarity(scans, unknown).max(axis=1)))
     if likeness < (usual := floor.calibration.usual_similarity):
         return FoundPlace(reason=f"not of this map: scans {likeness:.2f} like it, {usual:.2f} are usual")
-    walked = track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed))
+    walked = follow_track(floor, track, scans, config, seed)
     offset = walked.poses[:, :2] - track.at(walked.time_s)[:, :2]
     best = int(np.hypot(*(offset - np.median(offset, axis=0)).T).argmin())
-    # Scans of one place err together as the map does, and no filter averages that out.
-    sigma_m = float(np.hypot(walked.sigma_m[best], floor.calibration.sigma_floor_m / 2**0.5))
+    sigma_m = float(walked.sigma_m[best])
     if sigma_m > MAX_SIGMA_M:
         return FoundPlace(reason=f"the map knows its place to {sigma_m:.0f} m at best, {MAX_SIGMA_M:.0f} m are needed")
     return FoundPlace(float(walked.time_s[best]), walked.poses[best, :2], sigma_m)

@@ -119,6 +119,23 @@ class ZeroBlock:
         return self.residuals(x), self.jacobian
 
 
+class PlaceBlock:
+    """Positions of ``nodes`` (m,) near places (m, 2), known to σ (m,) per axis: e = (t - place) / σ."""
+
+    def __init__(self, nodes: Integers, places_xy: Array, sigma_m: Array, loss: LossName, loss_scale: float) -> None:
+        self.loss, self.loss_scale, self.places_xy = loss, loss_scale, places_xy
+        self.variables = pose_variables(nodes)[:, :2]
+        self.jacobian = np.eye(2) / sigma_m[:, None, None]
+
+    def residuals(self, x: Array) -> Array:
+        """Whitened residuals (m, 2)."""
+        return np.einsum("mab,mb->ma", self.jacobian, x[self.variables] - self.places_xy)
+
+    def linearize(self, x: Array) -> tuple[Array, Array]:
+        """Whitened residuals (m, 2) and Jacobians (m, 2, 2)."""
+        return self.residuals(x), self.jacobian
+
+
 class SamePlaceBlock:
     """Loops of a radio that lags by τ: e = (t_j - t_i - τ v) / σ, v (m, 2) how much faster j moved than i.
 

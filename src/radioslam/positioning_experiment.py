@@ -20,13 +20,14 @@ from radioslam.accuracy import ErrorStatistics
 from radioslam.config import Config, load_config
 from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
 from radioslam.fingerprints import collect_fingerprints
+from radioslam.following import follow_track
 from radioslam.odometry import Track, estimate_track
 from radioslam.positioning import Positioner
 from radioslam.radio_map import RadioMap
 from radioslam.results import SlamResult
 from radioslam.slam import map_walks
 from radioslam.surveying import SIGMA_M
-from radioslam.tracking import aligned_columns, track_walk
+from radioslam.tracking import aligned_columns
 from radioslam.walk import Walk
 
 Array = NDArray[np.float64]
@@ -126,7 +127,7 @@ def locate_walk(
         return floor.candidates.moments(floor.candidates.tempered(told, floor.calibration.temperature))[0]
 
     def tracked() -> Array:
-        return track_walk(floor, track, fresh, config.positioning, np.random.default_rng(seed)).poses[:, :2]
+        return follow_track(floor, track, fresh, config, seed).poses[:, :2]
 
     assert walk.reference is not None
     truth = walk.reference.at(walk.wifi.scan_time_s, 60.0)

@@ -19,7 +19,6 @@ from scipy.special import logsumexp
 
 from radioslam import planar
 from radioslam.config import Config, PositioningConfig
-from radioslam.errors import PositioningError
 from radioslam.fingerprints import collect_fingerprints
 from radioslam.likelihood import Candidates
 from radioslam.odometry import Track, estimate_track
@@ -77,30 +76,36 @@ class _Particles:
 
 
 def track_walk(
-    floor: FloorModel, track: Track, scans_dbm: sparse.csr_array, config: PositioningConfig, rng: np.random.Generator
+    floor: FloorModel,
+    track: Track,
+    scans_dbm: sparse.csr_array,
+    config: PositioningConfig,
+    rng: np.random.Generator,
+    backwards: bool = False,
 ) -> TrackedWalk:
-    """Follow a walk whose scans are the rows (n, m) of ``scans_dbm``, in the order of its scan times.
+    """Follow a walk whose scans are the rows (n, m) of ``scans_dbm``, in the order of its scan times, or from its end.
 
     Each answer has heard ``config.lag_scans`` scans more (fixed-lag smoothing); with 0 it is the filter's own.
     """
     time_s = track.walk.wifi.scan_time_s
     odometry = track.at(time_s)
-    evidence = _evidence(floor, scans_dbm)
+    order = np.arange(len(time_s))[:: -1 if backwards else 1]
+    steps = np.diff(odometry[order, :2], axis=0)
+    sigma_m, sigma_rad = (column[:: -1 if backwards else 1] for column in track.motion_sigmas(time_s))
+    evidence = _evidence(floor, scans_dbm)[order]
     tree = cKDTree(floor.candidates.positions_xy)
     cloud = _spread(floor.candidates, evidence[0], track, config, rng)
-    sigmas = track.motion_sigmas(time_s)
     answers = []
     for k in range(len(time_s)):
         if k:
-            step = odometry[k, :2] - odometry[k - 1, :2]
-            _move(cloud, step, sigmas[0][k - 1], sigmas[1][k - 1], config.lag_scans, rng)
+            _move(cloud, steps[k - 1], sigma_m[k - 1], sigma_rad[k - 1], config.lag_scans, rng)
             _weigh(cloud, tree, evidence[k])
             cloud.resample(rng)
         if k >= config.lag_scans:
             answers.append(cloud.mean(len(cloud.history) - 1 - config.lag_scans))
     last = len(cloud.history)
     answers += [cloud.mean(row) for row in range(last - (len(time_s) - len(answers)), last)]
-    position, sigma, turn = (np.array(column) for column in zip(*answers, strict=True))
+    position, sigma, turn = (np.array(column)[order] for column in zip(*answers, strict=True))
     return TrackedWalk(time_s, np.column_stack([position, planar.wrap(odometry[:, 2] + turn)]), sigma, floor.floor)
 
 
@@ -141,21 +146,6 @@ def _move(
 def _weigh(cloud: _Particles, tree: cKDTree, evidence: Array) -> None:
     away, nearest = tree.query(cloud.history[-1])
     cloud.log_weight = cloud.log_weight + evidence[nearest] - 0.5 * (away / OFF_CANDIDATES_M) ** 2
-
-
-def follow(positioner: Positioner, walk: Walk, config: Config, seed: int) -> TrackedWalk:
-    """Follow a recorded walk on the floor that its scans together name.
-
-    Raises:
-        PositioningError: no scan of the walk belongs to the map.
-    """
-    track, scans, unknown = told_by(positioner, walk, config)
-    located = [location for location in positioner.locate_rows(scans, unknown) if location.here]
-    if not located:
-        raise PositioningError(f"{walk.name}: expected scans that belong to the map, found none; is it of this place?")
-    labels, votes = np.unique([location.floor for location in located], return_counts=True)
-    floor = next(model for model in positioner.floors if model.floor == labels[votes.argmax()])
-    return track_walk(floor, track, scans, config.positioning, np.random.default_rng(seed))
 
 
 def told_by(positioner: Positioner, walk: Walk, config: Config) -> tuple[Track, sparse.csr_array, Array]:

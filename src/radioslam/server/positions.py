@@ -179,7 +179,7 @@ def _forget(session: _Session) -> None:
 
 
 def _follow(session: _Session, positioner: Positioner) -> Followed:
-    from radioslam.tracking import follow
+    from radioslam.following import follow_live
 
     pose_s = np.array(sorted(session.poses))
     scans = {t: s for t, s in session.scans.items() if len(pose_s) and pose_s[0] <= t <= pose_s[-1]}
@@ -188,8 +188,7 @@ def _follow(session: _Session, positioner: Positioner) -> Followed:
     odometry = np.array([session.poses[time_s] for time_s in pose_s])
     readings = [(time_s, name, rss) for time_s, scan in scans.items() for name, rss in scan.items()]
     wifi = RadioScans.from_readings(*zip(*readings, strict=True))
-    config = load_config(overrides=["positioning.lag_scans=0"], environment={})
     walk = Walk("session", wifi, odometry=Signal(pose_s, odometry))
-    walked = follow(positioner, walk, config, SEED)
+    walked = follow_live(positioner, walk, load_config(environment={}), SEED)
     since = planar.between(planar.interpolate(pose_s, odometry, walked.time_s[-1:])[0], odometry[-1])
     return Followed(planar.compose(walked.poses[-1], since), float(walked.sigma_m[-1]), walked.floor)
