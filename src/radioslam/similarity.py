@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from radioslam.similarity_tiles import Gate, candidates, tiles_of
+from radioslam.similarity_tiles import TILE, Gate, candidates, tiles_of
 
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -108,95 +108,83 @@ def stream_similar_pairs(
     margin = (most + 4) * 2.0**-23  # what single precision may err in a sum of so many products
     order, begins = tiles_of(rows, gate)
     rows = rows[order]
-    heard = _Readings.of(rows)
     for begin, end, behind in candidates(rows, order, begins, threshold, gate):
-        for pairs in _tile_pairs(heard, begin, end, behind, threshold, margin):
+        for pairs in _tile_pairs(rows, begin, end, behind, threshold, margin):
             i, j = order[pairs.i], order[pairs.j]
             pairs = Pairs(np.minimum(i, j), np.maximum(i, j), pairs.similarity)
             yield pairs.select(gate.lets(pairs.i, pairs.j)) if gate else pairs
 
 
 def pair_similarity(strengths: sparse.csr_array, i: Integers, j: Integers) -> Array:
-    """Similarity (n_pairs,) of the given pairs of rows only."""
+    """Similarity (n_pairs,) of the given pairs of rows only; fastest where i increases."""
     rows, similarity = unit_rows(strengths), np.empty(len(i))
-    for k in range(0, len(i), PAIRS):
-        part = slice(k, k + PAIRS)
-        similarity[part] = rows[i[part]].multiply(rows[j[part]]).sum(axis=1)
+    rows.sort_indices()
+    order = np.argsort(i // TILE, kind="stable")
+    ends = np.flatnonzero(np.diff(i[order] // TILE, append=-1)) + 1
+    for first, last in zip(np.append(0, ends[:-1]).tolist(), ends.tolist(), strict=True):
+        pairs = order[first:last]
+        begin = int(i[pairs[0]]) // TILE * TILE
+        tile = _Tile.of(rows[begin : begin + TILE])
+        for k in range(0, len(pairs), PAIRS):
+            part = pairs[k : k + PAIRS]
+            similarity[part] = tile.products(i[part] - begin, tile.seen(rows[j[part]]))
     return np.minimum(similarity, 1.0)
 
 
 @dataclass(frozen=True)
-class _Readings:
-    """Unit rows in the order of the tiles: of scan k ``count`` readings from ``first`` on; at the end one of nothing.
+class _Tile:
+    """Unit rows (t, m) over the transmitters that one of them heard: ``table`` (t, w).
 
-    ``local`` (m + 1,) numbers the transmitters of the tile at hand.
+    ``column`` (m,) tells where in it a transmitter stands; all that none of them heard share the last, which is 0.
     """
 
-    first: Integers
-    count: Integers
+    table: Array
     column: NDArray[np.int32]
-    value: Array
-    local: Integers
 
     @staticmethod
-    def of(rows: sparse.csr_array) -> _Readings:
-        m = rows.shape[1]
-        first, count = rows.indptr[:-1].astype(np.int64), np.diff(rows.indptr)
-        column = np.append(rows.indices, m).astype(np.int32)
-        return _Readings(first, count, column, np.append(rows.data, 0.0), np.zeros(m + 1, np.int64))
+    def of(rows: sparse.csr_array) -> _Tile:
+        heard = np.unique(rows.indices)
+        column = np.full(rows.shape[1], len(heard), np.int32)
+        column[heard] = np.arange(len(heard))
+        return _Tile(_in_columns(rows, column, len(heard) + 1).toarray(), column)
 
-    def enter(self, begin: int, end: int) -> int:
-        """Number the transmitters of a tile from 0 on; all others, and nothing, share the number returned."""
-        heard = np.unique(self.column[self.first[begin] : self.first[end - 1] + self.count[end - 1]])
-        self.local[:] = len(heard)
-        self.local[heard] = np.arange(len(heard))
-        return len(heard)
+    def seen(self, rows: sparse.csr_array) -> sparse.csr_array:
+        """Rows (s, m) as (s, w)."""
+        return _in_columns(rows, self.column, self.table.shape[1])
 
-    def of_scans(self, scans: Integers) -> tuple[Integers, Array]:
-        """Numbers and strengths (s, k) of the readings of some scans, shorter ones filled up with nothing."""
-        count = self.count[scans][:, None]
-        k = np.arange(int(count.max(initial=0)))
-        place = np.where(k < count, self.first[scans][:, None] + k, len(self.value) - 1)
-        return self.local[self.column[place]], self.value[place]
+    def products(self, own: Integers, others: sparse.csr_array) -> Array:
+        """Products (p,) of the tile's rows ``own`` (p,) with rows (p, w), summed in the order of the transmitters."""
+        begin = np.repeat((own * self.table.shape[1]).astype(np.int32), np.diff(others.indptr))
+        terms = (others.data, others.indices + begin, others.indptr)
+        return np.asarray(sparse.csr_array(terms, shape=(len(own), self.table.size)) @ self.table.ravel())
+
+
+def _in_columns(rows: sparse.csr_array, column: NDArray[np.int32], width: int) -> sparse.csr_array:
+    return sparse.csr_array((rows.data, column[rows.indices], rows.indptr), shape=(rows.shape[0], width))
 
 
 def _tile_pairs(
-    heard: _Readings, begin: int, end: int, behind: Integers, threshold: float, margin: float
+    rows: sparse.csr_array, begin: int, end: int, behind: Integers, threshold: float, margin: float
 ) -> Iterator[Pairs]:
     """Pairs of the scans from ``begin`` to ``end`` with those ``behind`` that may match, in the order of the tiling."""
-    width = heard.enter(begin, end) + 1
-    tile = _dense(*heard.of_scans(np.arange(begin, end)), width)
-    single = np.ascontiguousarray(tile[:, :-1].T, dtype=np.float32)
-    part = max(BUFFER // (width + end - begin), FEWEST)
+    tile, size = _Tile.of(rows[begin:end]), end - begin
+    single = np.ascontiguousarray(tile.table.T, dtype=np.float32)
+    part = max(BUFFER // (len(single) + size), FEWEST)
     for k in range(0, len(behind), part):
         scans = behind[k : k + part]
-        number, strength = heard.of_scans(scans)
-        products = _dense(number, strength.astype(np.float32), width)[:, :-1] @ single
-        other, own = np.divmod(np.flatnonzero(products.ravel() >= threshold - margin), end - begin)
+        others = tile.seen(rows[scans])
+        products = others.astype(np.float32).toarray() @ single
+        other, own = np.divmod(np.flatnonzero(products.ravel() >= threshold - margin), size)
         later = scans[other] > begin + own
         other, own = other[later], own[later]
-        similarity = _products(tile, own, number, strength, other)
-        keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
-        yield Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep], 1.0))
+        for p in range(0, len(own), PAIRS):
+            yield _alike(tile, own[p : p + PAIRS], others, other[p : p + PAIRS], threshold, begin, scans)
 
 
-def _dense(number: Integers, strength: Array, width: int) -> Array:
-    """Readings (s, k) as rows (s, width); the last column holds what the tile does not hear."""
-    table = np.zeros((len(number), width), strength.dtype)
-    table.ravel()[number + width * np.arange(len(number))[:, None]] = strength
-    table[:, -1] = 0.0
-    return table
-
-
-def _products(tile: Array, own: Integers, number: Integers, strength: Array, other: Integers) -> Array:
-    """Products (p,) of rows ``own`` of the tile with scans ``other``, in parts that fit the buffer."""
-    product, part = np.empty(len(own)), max(BUFFER // 4 // max(number.shape[1], 1), 1)
-    number, strength = np.ascontiguousarray(number.T), np.ascontiguousarray(strength.T)
-    for k in range(0, len(own), part):
-        a, b = own[k : k + part], other[k : k + part]
-        place = np.take(number, b, axis=1)
-        place += tile.shape[1] * a
-        terms = np.take(tile, place)
-        terms *= np.take(strength, b, axis=1)
-        product[k : k + part] = terms.sum(axis=0)  # one row after the other
-    return product
+def _alike(
+    tile: _Tile, own: Integers, others: sparse.csr_array, other: Integers, threshold: float, begin: int, scans: Integers
+) -> Pairs:
+    """Of pairs that may be alike those that are."""
+    similarity = tile.products(own, others[other])
+    keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
+    return Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep], 1.0))
