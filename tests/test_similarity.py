@@ -114,6 +114,15 @@ def test_equal_scans_have_one_similarity_wherever_they_stand():
         assert len(set(pairs.similarity[ends % 7 == 0].tolist())) == 1
 
 
+def test_a_pair_has_one_similarity_however_many_are_looked_at_with_it():
+    strengths = sparse.csr_array(np.random.default_rng(3).uniform(1, 50, (300, 43)))
+    pairs = similar_pairs(strengths)
+    for k in range(0, len(pairs), 997):
+        alone = pair_similarity(strengths, pairs.i[k : k + 1], pairs.j[k : k + 1])
+        assert alone[0] == pairs.similarity[k]
+    np.testing.assert_array_equal(pair_similarity(strengths, pairs.i, pairs.j), pairs.similarity)
+
+
 @given(matrices())
 def test_the_similarity_of_given_pairs_agrees_with_the_join(matrix):
     strengths = sparse.csr_array(matrix)

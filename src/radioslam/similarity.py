@@ -13,6 +13,7 @@ the access points in their order, so that equals have one similarity to the last
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -31,8 +32,8 @@ BUFFER = 1 << 19
 """Numbers in the largest array of a tile; some ten of them are alive at a time, and fit a processor's cache."""
 BLOCK = 1 << 17
 """Pairs that are gathered before they are stored."""
-PAIRS = 1 << 14
-"""Given pairs that are looked at together."""
+TERMS = 1 << 14
+"""Terms that are summed together: more would ask the system for fresh memory each time."""
 FEWEST = 64
 """Candidates that are looked at together however wide the tile."""
 DIGITS = 12
@@ -108,83 +109,107 @@ def stream_similar_pairs(
     margin = (most + 4) * 2.0**-23  # what single precision may err in a sum of so many products
     order, begins = tiles_of(rows, gate)
     rows = rows[order]
+    heard = _Readings.of(rows)
     for begin, end, behind in candidates(rows, order, begins, threshold, gate):
-        for pairs in _tile_pairs(rows, begin, end, behind, threshold, margin):
+        for pairs in _tile_pairs(heard, begin, end, behind, threshold, margin):
             i, j = order[pairs.i], order[pairs.j]
             pairs = Pairs(np.minimum(i, j), np.maximum(i, j), pairs.similarity)
             yield pairs.select(gate.lets(pairs.i, pairs.j)) if gate else pairs
 
 
 def pair_similarity(strengths: sparse.csr_array, i: Integers, j: Integers) -> Array:
-    """Similarity (n_pairs,) of the given pairs of rows only; fastest where i increases."""
+    """Similarity (n_pairs,) of the given pairs of rows only."""
     rows, similarity = unit_rows(strengths), np.empty(len(i))
     rows.sort_indices()
-    order = np.argsort(i // TILE, kind="stable")
-    ends = np.flatnonzero(np.diff(i[order] // TILE, append=-1)) + 1
-    for first, last in zip(np.append(0, ends[:-1]).tolist(), ends.tolist(), strict=True):
+    heard = _Readings.of(rows)
+    tile_of_pair = i // TILE
+    order = np.argsort(tile_of_pair, kind="stable")
+    cuts = np.flatnonzero(np.diff(tile_of_pair[order], prepend=-1, append=-1))
+    for first, last in itertools.pairwise(cuts.tolist()):
         pairs = order[first:last]
-        begin = int(i[pairs[0]]) // TILE * TILE
-        tile = _Tile.of(rows[begin : begin + TILE])
-        for k in range(0, len(pairs), PAIRS):
-            part = pairs[k : k + PAIRS]
-            similarity[part] = tile.products(i[part] - begin, tile.seen(rows[j[part]]))
+        begin = int(tile_of_pair[pairs[0]]) * TILE
+        tile, local = heard.tile(begin, min(begin + TILE, rows.shape[0]))
+        others, place = np.unique(j[pairs], return_inverse=True)
+        similarity[pairs] = _products(tile, i[pairs] - begin, *heard.of_scans(others, local), place)
     return np.minimum(similarity, 1.0)
 
 
 @dataclass(frozen=True)
-class _Tile:
-    """Unit rows (t, m) over the transmitters that one of them heard: ``table`` (t, w).
+class _Readings:
+    """Unit rows in the order of the tiles: of scan k ``count`` readings from ``first`` on; at the end one of nothing.
 
-    ``column`` (m,) tells where in it a transmitter stands; all that none of them heard share the last, which is 0.
+    ``nothing`` is its transmitter, the number of those that there are.
     """
 
-    table: Array
+    first: Integers
+    count: Integers
     column: NDArray[np.int32]
+    value: Array
+    nothing: int
 
     @staticmethod
-    def of(rows: sparse.csr_array) -> _Tile:
-        heard = np.unique(rows.indices)
-        column = np.full(rows.shape[1], len(heard), np.int32)
-        column[heard] = np.arange(len(heard))
-        return _Tile(_in_columns(rows, column, len(heard) + 1).toarray(), column)
+    def of(rows: sparse.csr_array) -> _Readings:
+        m = rows.shape[1]
+        first, count = rows.indptr[:-1].astype(np.int64), np.diff(rows.indptr)
+        column = np.append(rows.indices, m).astype(np.int32)
+        return _Readings(first, count, column, np.append(rows.data, 0.0), m)
 
-    def seen(self, rows: sparse.csr_array) -> sparse.csr_array:
-        """Rows (s, m) as (s, w)."""
-        return _in_columns(rows, self.column, self.table.shape[1])
+    def tile(self, begin: int, end: int) -> tuple[Array, Integers]:
+        """Some rows (t, w) over the transmitters that they hear, and where each transmitter stands there (m + 1,).
 
-    def products(self, own: Integers, others: sparse.csr_array) -> Array:
-        """Products (p,) of the tile's rows ``own`` (p,) with rows (p, w), summed in the order of the transmitters."""
-        begin = np.repeat((own * self.table.shape[1]).astype(np.int32), np.diff(others.indptr))
-        terms = (others.data, others.indices + begin, others.indptr)
-        return np.asarray(sparse.csr_array(terms, shape=(len(own), self.table.size)) @ self.table.ravel())
+        All others, and nothing, share the last column, which is empty.
+        """
+        heard = np.unique(self.column[self.first[begin] : self.first[end - 1] + self.count[end - 1]])
+        local = np.full(self.nothing + 1, len(heard))
+        local[heard] = np.arange(len(heard))
+        return _dense(*self.of_scans(np.arange(begin, end), local), len(heard) + 1), local
 
-
-def _in_columns(rows: sparse.csr_array, column: NDArray[np.int32], width: int) -> sparse.csr_array:
-    return sparse.csr_array((rows.data, column[rows.indices], rows.indptr), shape=(rows.shape[0], width))
+    def of_scans(self, scans: Integers, local: Integers) -> tuple[Integers, Array]:
+        """Columns and strengths (s, k) of the readings of some scans, shorter ones filled up with nothing."""
+        count = self.count[scans][:, None]
+        k = np.arange(int(count.max(initial=0)))
+        place = np.where(k < count, self.first[scans][:, None] + k, len(self.value) - 1)
+        return local[self.column[place]], self.value[place]
 
 
 def _tile_pairs(
-    rows: sparse.csr_array, begin: int, end: int, behind: Integers, threshold: float, margin: float
+    heard: _Readings, begin: int, end: int, behind: Integers, threshold: float, margin: float
 ) -> Iterator[Pairs]:
     """Pairs of the scans from ``begin`` to ``end`` with those ``behind`` that may match, in the order of the tiling."""
-    tile, size = _Tile.of(rows[begin:end]), end - begin
-    single = np.ascontiguousarray(tile.table.T, dtype=np.float32)
-    part = max(BUFFER // (len(single) + size), FEWEST)
+    tile, local = heard.tile(begin, end)
+    width = tile.shape[1]
+    single = np.ascontiguousarray(tile[:, :-1].T, dtype=np.float32)
+    part = max(BUFFER // (width + end - begin), FEWEST)
     for k in range(0, len(behind), part):
         scans = behind[k : k + part]
-        others = tile.seen(rows[scans])
-        products = others.astype(np.float32).toarray() @ single
-        other, own = np.divmod(np.flatnonzero(products.ravel() >= threshold - margin), size)
+        number, strength = heard.of_scans(scans, local)
+        products = _dense(number, strength.astype(np.float32), width)[:, :-1] @ single
+        other, own = np.divmod(np.flatnonzero(products.ravel() >= threshold - margin), end - begin)
         later = scans[other] > begin + own
         other, own = other[later], own[later]
-        for p in range(0, len(own), PAIRS):
-            yield _alike(tile, own[p : p + PAIRS], others, other[p : p + PAIRS], threshold, begin, scans)
+        similarity = _products(tile, own, number, strength, other)
+        keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
+        yield Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep], 1.0))
 
 
-def _alike(
-    tile: _Tile, own: Integers, others: sparse.csr_array, other: Integers, threshold: float, begin: int, scans: Integers
-) -> Pairs:
-    """Of pairs that may be alike those that are."""
-    similarity = tile.products(own, others[other])
-    keep = (similarity.round(DIGITS) >= threshold) & (similarity > 0)
-    return Pairs(begin + own[keep], scans[other[keep]], np.minimum(similarity[keep], 1.0))
+def _dense(number: Integers, strength: Array, width: int) -> Array:
+    """Readings (s, k) as rows (s, width); the last column holds what the tile does not hear."""
+    table = np.zeros((len(number), width), strength.dtype)
+    table.ravel()[number + width * np.arange(len(number))[:, None]] = strength
+    table[:, -1] = 0.0
+    return table
+
+
+def _products(tile: Array, own: Integers, number: Integers, strength: Array, other: Integers) -> Array:
+    """Products (p,) of rows ``own`` of the tile with scans ``other``, in parts that fit the buffer."""
+    product, part = np.empty(len(own)), max(TERMS // max(number.shape[1], 1), 1)
+    number, strength = np.ascontiguousarray(number.T), np.ascontiguousarray(strength.T)
+    for k in range(0, len(own), part):
+        a, b = own[k : k + part], other[k : k + part]
+        place = np.take(number, b, axis=1)
+        place += tile.shape[1] * a
+        terms = np.take(tile, place)
+        terms *= np.take(strength, b, axis=1)
+        # One row after the other, also where there is one column, which sum would add up in another order.
+        product[k : k + part] = terms.sum(axis=0) if len(a) > 1 else terms.cumsum()[-1]
+    return product
