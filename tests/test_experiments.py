@@ -13,7 +13,7 @@ from radioslam import experiments
 from radioslam.config import load_config
 from radioslam.errors import ConfigError
 from radioslam.evaluation import evaluate
-from radioslam.experiments import EXPERIMENTS, gather, only, run, source_of
+from radioslam.experiments import EXPERIMENTS, Runs, gather, only, run, source_of
 from radioslam.formats import write_walk
 from radioslam.images import save_sweep_png
 from radioslam.simulator import simulate
@@ -25,7 +25,7 @@ THRESHOLDS = only(EXPERIMENTS["rss-threshold"], ["-90", "-45", "odometry"])
 
 @pytest.fixture(scope="module")
 def outcomes():
-    return run(THRESHOLDS, source_of(["office"]), seeds=(1, 2), jobs=2)
+    return run(THRESHOLDS, Runs(source_of(["office"]), seeds=(1, 2), jobs=2))
 
 
 def test_every_preset_variant_and_seed_is_run_in_order(outcomes):
@@ -65,10 +65,7 @@ def test_nothing_heard_above_the_threshold_leaves_odometry():
         experiments.Experiment(
             "rss", "", (experiments.Variant("-1", ("fingerprints.rss_threshold_dbm=-1",)),), ("mean",)
         ),
-        source_of(["office"]),
-        presets=["default"],
-        seeds=[1],
-        jobs=1,
+        Runs(source_of(["office"]), ("default",), (1,), jobs=1),
     )
     assert deaf[0].figures["loops"] == 0
     assert deaf[0].figures["mean"] > 2.0

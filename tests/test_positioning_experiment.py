@@ -6,7 +6,7 @@ import csv
 
 import pytest
 
-from radioslam.experiments import only, source_of
+from radioslam.experiments import Runs, only, source_of
 from radioslam.into_experiment import INTO, run_into
 from radioslam.positioning_experiment import POSITIONING, run_positioning
 from radioslam.two_phones_experiment import run_two_phones, two_phones
@@ -17,7 +17,7 @@ OFFICE = source_of(["office"], "known")
 
 def test_methods_and_seeds_are_those_asked_for():
     chosen = only(POSITIONING, ["knn", "locate surveyed"])
-    outcomes = run_positioning(chosen, OFFICE, ["paper", "default"], [1, 2], jobs=1)
+    outcomes = run_positioning(chosen, Runs(OFFICE, ("paper", "default"), (1, 2), jobs=1))
     asked = [(p, v, s) for p in ("paper", "default") for s in (1, 2) for v in ("knn", "locate surveyed")]
     assert [(o.preset, o.variant, o.seed) for o in outcomes] == asked
     figures = {(o.preset, o.variant, o.seed): o.figures for o in outcomes}
@@ -29,7 +29,7 @@ def test_methods_and_seeds_are_those_asked_for():
 
 def test_workers_change_nothing():
     chosen = only(POSITIONING, ["locate", "locate surveyed"])
-    one, two = (run_positioning(chosen, OFFICE, ["default"], [1], jobs=jobs) for jobs in (1, 2))
+    one, two = (run_positioning(chosen, Runs(OFFICE, ("default",), (1,), jobs=jobs)) for jobs in (1, 2))
     assert one == two
     ours, survey = one
     assert ours.figures["a/b"] == ours.figures["mean"] / survey.figures["mean"]
@@ -38,7 +38,7 @@ def test_workers_change_nothing():
 def test_each_phone_is_located_in_the_map_of_the_others():
     chosen = two_phones(OFFICE, seed=1)
     phones = {variant.label.rpartition(": ")[0] for variant in chosen.variants}
-    outcomes = run_two_phones(chosen, OFFICE, ["default"], [1], jobs=1)
+    outcomes = run_two_phones(chosen, Runs(OFFICE, ("default",), (1,), jobs=1))
     assert len(phones) == 2
     assert [o.variant for o in outcomes] == [variant.label for variant in chosen.variants]
     means = {o.variant: o.figures["mean"] for o in outcomes}
@@ -46,7 +46,7 @@ def test_each_phone_is_located_in_the_map_of_the_others():
 
 
 def test_new_walks_are_judged_by_every_way_of_finding_them():
-    outcomes = run_into(INTO, OFFICE, ["default"], [1], jobs=1)
+    outcomes = run_into(INTO, Runs(OFFICE, ("default",), (1,), jobs=1))
     figures = {o.variant: o.figures for o in outcomes}
     assert list(figures) == ["into", "mixed", "known"]
     assert figures["known"]["tied %"] == 100

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from radioslam import cli_cluster, cli_growing, cli_positioning, cli_reference, cli_server
+from radioslam import cli_cluster, cli_evaluation, cli_growing, cli_positioning, cli_reference, cli_server
 from radioslam.cli_cluster import Cluster, Store, engine_at
+from radioslam.cli_options import AsJson, ConfigFile, Force, Format, Logs, Out, Overrides, Preset, Quiet
 from radioslam.cli_positioning import load_map
 from radioslam.errors import LogError, RadioSlamError
 from radioslam.progress import Tell, progress, show
@@ -20,7 +21,6 @@ from radioslam.progress import Tell, progress, show
 if TYPE_CHECKING:
     from radioslam.config import Config
     from radioslam.engine import Engine
-    from radioslam.experiments import Experiment, Source
     from radioslam.results import SlamResult
     from radioslam.walk import Walk
 
@@ -31,18 +31,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-
-Logs = Annotated[list[Path], typer.Argument(metavar="LOGS...", help="Logs, or folders of logs.", show_default=False)]
-Out = Annotated[Path, typer.Option("--out", "-o", help="Folder to write; made whole or not at all.")]
-Force = Annotated[bool, typer.Option("--force", help="Replace the folder if it exists.")]
-Preset = Annotated[
-    str | None, typer.Option("--preset", help="default, or paper: the values of arXiv:1904.11712.", show_default=False)
-]
-ConfigFile = Annotated[Path | None, typer.Option("--config", help="TOML file with any of the keys.")]
-Overrides = Annotated[list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key; repeatable.")]
-Format = Annotated[str, typer.Option("--format", help="Log format; auto looks at the content.")]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")]
-AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")]
 
 
 @app.command("map")
@@ -280,132 +268,7 @@ def _cloud_writer(building: str | None, walks: list[Walk], seed: int, kind: str)
     return lambda walk, folder: write_clouds(walk, scene, folder, random_stream(seed, kind, walk.name), sensor)
 
 
-@app.command()
-def evaluate(
-    result: Annotated[Path, typer.Argument(help="A result folder.", show_default=False)],
-    reference: Annotated[
-        Path | None,
-        typer.Option(help="walk,time_s,x_m,y_m (CSV), WALK.tum, or a folder of them; default: what the logs had."),
-    ] = None,
-    align: Annotated[str | None, typer.Option(help="none, start or rigid; default: by the result's starts.")] = None,
-    max_gap: Annotated[
-        float, typer.Option(min=0.001, help="Seconds between fixes beyond which the truth is unknown.")
-    ] = 60.0,
-    as_json: AsJson = False,
-    as_markdown: Annotated[bool, typer.Option("--markdown", help="Print Markdown.")] = False,
-    as_latex: Annotated[bool, typer.Option("--latex", help="Print LaTeX.")] = False,
-    plots: Annotated[Path | None, typer.Option(help="Folder for error-cdf.png and paths.png.")] = None,
-    tum: Annotated[Path | None, typer.Option(help="Folder for pairs of TUM files that evo reads.")] = None,
-) -> None:
-    """Judge a result against true positions: errors, ratio to odometry, size ratio, relative errors."""
-    from radioslam import evaluation_tables
-    from radioslam.evaluation import evaluate as judge
-    from radioslam.evaluation import load_references, with_references, write_tum_pairs
-    from radioslam.results import SlamResult
-
-    loaded = SlamResult.load(result)
-    if reference is not None:
-        loaded = with_references(loaded, load_references(reference, loaded.walks))
-    judged = judge(loaded, _alignment(align), max_gap)
-    if plots is not None:
-        from radioslam.images import save_error_cdf_png, save_paths_png
-
-        plots.mkdir(parents=True, exist_ok=True)
-        save_error_cdf_png(judged.errors, plots / "error-cdf.png")
-        save_paths_png(loaded, plots / "paths.png")
-    if tum is not None:
-        write_tum_pairs(loaded, judged, tum)
-    if as_json:
-        typer.echo(json.dumps(judged.as_dict(), indent=1))
-    elif as_markdown or as_latex:
-        typer.echo((evaluation_tables.markdown if as_markdown else evaluation_tables.latex)(judged), nl=False)
-    else:
-        show(evaluation_tables.terminal(judged))
-
-
-@app.command()
-def experiment(
-    name: Annotated[
-        str,
-        typer.Argument(
-            help="rss-threshold, similarity-threshold, bin-width, timing, accuracy, crowd, crowd-size, few-walks, "
-            "positioning, into or two-phones."
-        ),
-    ],
-    data: Annotated[list[str], typer.Argument(help="A simulated building, or logs with a reference.")],
-    seeds: Annotated[int, typer.Option(help="Number of seeds.", min=1)] = 3,
-    first_seed: Annotated[int, typer.Option(help="The first of them.", min=0)] = 0,
-    walks: Annotated[int | None, typer.Option(help="Walks drawn by each seed; default: all.", min=1)] = None,
-    presets: Annotated[str, typer.Option(help="Comma-separated.")] = "paper,default",
-    values: Annotated[str | None, typer.Option(help="Only these settings, comma-separated.")] = None,
-    starts: Annotated[str | None, typer.Option(help="common or known; default by the data.")] = None,
-    set_: Overrides = None,
-    jobs: Annotated[int | None, typer.Option(help="Worker processes; default: one per core.", min=1)] = None,
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Folder for the table (Markdown), CSV and plot.")
-    ] = None,
-    quiet: Quiet = False,
-) -> None:
-    """Re-run a table of the paper: every setting, preset and seed; the paper's row beside ours."""
-    from radioslam import experiments
-
-    source = experiments.source_of(data, starts)
-    chosen, run = _experiment(name, source, first_seed, walks)
-    if values is not None:
-        chosen = experiments.only(chosen, values.split(","))
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-    with progress(quiet) as tell:
-        outcomes = run(
-            chosen,
-            source,
-            presets.split(","),
-            range(first_seed, first_seed + seeds),
-            walks,
-            set_ or [],
-            jobs,
-            lambda done, total: tell(f"{name} on {source.name}", done, total),
-        )
-    table = experiments.markdown(chosen, source, outcomes)
-    if not quiet:
-        typer.echo(table)
-    if out is not None:
-        from radioslam.images import save_sweep_png
-
-        stem = f"{name}-{source.name.replace('/', '-')}"
-        (out / f"{stem}.md").write_text(table, "utf-8")
-        experiments.write_csv(outcomes, out / f"{stem}.csv")
-        save_sweep_png(chosen, outcomes, out / f"{stem}.png")
-
-
-def _experiment(name: str, source: Source, seed: int, walks: int | None) -> tuple[Experiment, Callable[..., Any]]:
-    """An experiment by its name, and what runs it."""
-    from radioslam import experiments
-    from radioslam.errors import ConfigError
-    from radioslam.into_experiment import INTO, run_into
-    from radioslam.positioning_experiment import POSITIONING, run_positioning
-    from radioslam.two_phones_experiment import run_two_phones, two_phones
-
-    for one, run in ((POSITIONING, run_positioning), (INTO, run_into)):
-        if name == one.name:
-            return one, run
-    if name == "two-phones":
-        return two_phones(source, seed, walks), run_two_phones
-    if name in experiments.EXPERIMENTS:
-        return experiments.EXPERIMENTS[name], experiments.run
-    known = ", ".join((*experiments.EXPERIMENTS, POSITIONING.name, INTO.name, "two-phones"))
-    raise ConfigError(f"unknown experiment {name!r}; expected one of {known}")
-
-
-def _alignment(name: str | None) -> Any:
-    from radioslam.errors import ConfigError
-
-    if name not in (None, "none", "start", "rigid"):
-        raise ConfigError(f"unknown alignment {name!r}; expected none, start or rigid")
-    return name
-
-
-for commands in (cli_positioning, cli_reference, cli_growing, cli_cluster, cli_server):
+for commands in (cli_evaluation, cli_positioning, cli_reference, cli_growing, cli_cluster, cli_server):
     commands.register(app)
 
 

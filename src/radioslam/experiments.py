@@ -195,6 +195,36 @@ class Outcome:
     figures: dict[str, float]
 
 
+@dataclass(frozen=True)
+class Runs:
+    """What an experiment is run on, and how.
+
+    Attributes:
+        source: where walks come from.  presets, seeds: of every variant.  walks: how many, None: all.
+        overrides: settings laid over the preset, under those of the variant.
+        jobs: worker processes, None: one per core.  progress: called with (runs done, all) after each.
+    """
+
+    source: Source
+    presets: tuple[str, ...] = ("paper", "default")
+    seeds: tuple[int, ...] = (0, 1, 2)
+    walks: int | None = None
+    overrides: tuple[str, ...] = ()
+    jobs: int | None = None
+    progress: Callable[[int, int], None] | None = None
+
+    def in_parallel(self, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:
+        """What ``work`` makes of each task's arguments, in the order of the tasks, which the jobs share."""
+        results: dict[int, Any] = {}
+        with ProcessPoolExecutor(self.jobs or os.cpu_count()) as pool:
+            waiting = {pool.submit(work, *task): k for k, task in enumerate(tasks)}
+            for done, future in enumerate(as_completed(waiting), 1):
+                results[waiting[future]] = future.result()
+                if self.progress:
+                    self.progress(done, len(tasks))
+        return [results[k] for k in range(len(tasks))]
+
+
 def only(experiment: Experiment, labels: Sequence[str]) -> Experiment:
     """The same experiment with some of its variants.
 
@@ -208,46 +238,20 @@ def only(experiment: Experiment, labels: Sequence[str]) -> Experiment:
     return replace(experiment, variants=tuple(known[label] for label in labels))
 
 
-def run(
-    experiment: Experiment,
-    source: Source,
-    presets: Sequence[str] = ("paper", "default"),
-    seeds: Sequence[int] = (0, 1, 2),
-    walks: int | None = None,
-    overrides: Sequence[str] = (),
-    jobs: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Outcome]:
+def run(experiment: Experiment, runs: Runs) -> list[Outcome]:
     """Run every variant with every preset and seed; results in the order preset, variant, seed.
 
     A variant that leaves nothing to learn from or to tie has the figures of odometry alone and zero loops.
     """
     tasks = [
-        (source, preset, variant, seed, variant.walks or walks, tuple(overrides))
-        for preset in presets
+        (runs.source, preset, variant, seed, variant.walks or runs.walks, runs.overrides)
+        for preset in runs.presets
         for variant in experiment.variants
-        for seed in seeds
+        for seed in runs.seeds
     ]
     by_seed = sorted(range(len(tasks)), key=lambda k: (tasks[k][4] or 0, tasks[k][3]))
-    outcomes = dict(zip(by_seed, in_parallel(_run_one, [tasks[k] for k in by_seed], jobs, progress), strict=True))
+    outcomes = dict(zip(by_seed, runs.in_parallel(_run_one, [tasks[k] for k in by_seed]), strict=True))
     return [outcomes[k] for k in range(len(tasks))]
-
-
-def in_parallel(
-    work: Callable[..., Any],
-    tasks: Sequence[tuple[Any, ...]],
-    jobs: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Any]:
-    """What ``work`` makes of each task's arguments, in the order of the tasks, which ``jobs`` processes share."""
-    results: dict[int, Any] = {}
-    with ProcessPoolExecutor(jobs or os.cpu_count()) as pool:
-        waiting = {pool.submit(work, *task): k for k, task in enumerate(tasks)}
-        for done, future in enumerate(as_completed(waiting), 1):
-            results[waiting[future]] = future.result()
-            if progress:
-                progress(done, len(tasks))
-    return [results[k] for k in range(len(tasks))]
 
 
 @functools.lru_cache(maxsize=2)

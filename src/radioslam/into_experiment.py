@@ -6,7 +6,8 @@ particle filter, ``mixed`` places all at once by their scans, ``known`` is told 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 
 from radioslam.accuracy import ErrorStatistics
 from radioslam.config import load_config
-from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
+from radioslam.experiments import Experiment, Outcome, Runs, Source, Variant, walks_of_seed
 from radioslam.extending import extend_map
 from radioslam.results import SlamResult
 from radioslam.slam import map_walks
@@ -31,26 +32,18 @@ INTO = Experiment(
 )
 
 
-def run_into(
-    experiment: Experiment,
-    source: Source,
-    presets: Sequence[str] = ("default",),
-    seeds: Sequence[int] = (0,),
-    walks: int | None = None,
-    overrides: Sequence[str] = (),
-    jobs: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Outcome]:
+def run_into(experiment: Experiment, runs: Runs) -> list[Outcome]:
     """The variants of ``INTO`` or some of them, by preset and seed; errors of new walks that are tied to the map."""
-    runs = [(p, variant.label, seed) for p in presets for variant in experiment.variants for seed in seeds]
-    tasks = [(source, *run, walks, tuple(overrides), group) for run in runs for group in range(GROUPS)]
-    parts = in_parallel(_errors_of_group, tasks, jobs, progress)
+    labels = [variant.label for variant in experiment.variants]
+    asked = list(itertools.product(runs.presets, labels, runs.seeds))
+    tasks = [(runs.source, *one, runs.walks, runs.overrides, group) for one in asked for group in range(GROUPS)]
+    parts = runs.in_parallel(_errors_of_group, tasks)
     outcomes = []
-    for k, run in enumerate(runs):
+    for k, one in enumerate(asked):
         errors, tied = zip(*parts[k * GROUPS : (k + 1) * GROUPS], strict=True)
         statistics = ErrorStatistics.of(np.concatenate(errors))
         figures = {name: float(getattr(statistics, name)) for name in ("mean", "median", "p95")}
-        outcomes.append(Outcome(*run, {**figures, "tied %": 100 * float(np.mean(np.concatenate(tied)))}))
+        outcomes.append(Outcome(*one, {**figures, "tied %": 100 * float(np.mean(np.concatenate(tied)))}))
     return outcomes
 
 

@@ -9,7 +9,7 @@ to who has seen that one. The filter, like the map, gets what is new, and nothin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from scipy import sparse
 
 from radioslam.accuracy import ErrorStatistics
 from radioslam.config import Config, load_config
-from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
+from radioslam.experiments import Experiment, Outcome, Runs, Source, Variant, walks_of_seed
 from radioslam.fingerprints import collect_fingerprints
 from radioslam.following import follow_track
 from radioslam.odometry import Track, estimate_track
@@ -56,27 +56,20 @@ class Trial:
     here: Array
 
 
-def run_positioning(
-    experiment: Experiment,
-    source: Source,
-    presets: Sequence[str] = ("default",),
-    seeds: Sequence[int] = (0,),
-    walks: int | None = None,
-    overrides: Sequence[str] = (),
-    jobs: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Outcome]:
+def run_positioning(experiment: Experiment, runs: Runs) -> list[Outcome]:
     """Map, survey, locate, track: the variants of ``POSITIONING`` or some of them, by preset and seed.
 
     A scan that was called foreign counts with its best guess in every method.
     """
     labels = tuple(variant.label for variant in experiment.variants)
     methods = tuple(method for method in METHODS if any(label.startswith(method) for label in labels))
-    runs = [(preset, seed) for preset in presets for seed in seeds]
-    tasks = [(source, *run, walks, tuple(overrides), group, methods) for run in runs for group in range(GROUPS)]
-    trials = in_parallel(_locate_group, tasks, jobs, progress)
+    asked = [(preset, seed) for preset in runs.presets for seed in runs.seeds]
+    tasks = [
+        (runs.source, *one, runs.walks, runs.overrides, group, methods) for one in asked for group in range(GROUPS)
+    ]
+    trials = runs.in_parallel(_locate_group, tasks)
     outcomes = []
-    for k, (preset, seed) in enumerate(runs):
+    for k, (preset, seed) in enumerate(asked):
         groups = trials[k * GROUPS : (k + 1) * GROUPS]
         figures = _figures({where: [t for group in groups for t in group[where]] for where in ("", SURVEYED)}, methods)
         outcomes += [Outcome(preset, label, seed, figures[label]) for label in labels]

@@ -5,11 +5,11 @@ The map is the survey (true positions), so that nothing but the phone differs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import itertools
 
 from radioslam.config import load_config
 from radioslam.errors import ConfigError
-from radioslam.experiments import Experiment, Outcome, Source, Variant, in_parallel, walks_of_seed
+from radioslam.experiments import Experiment, Outcome, Runs, Source, Variant, walks_of_seed
 from radioslam.positioning import Positioner
 from radioslam.positioning_experiment import COLUMNS, figures_of, locate_walk, surveyed
 from radioslam.slam import map_walks
@@ -36,24 +36,11 @@ def two_phones(source: Source, seed: int = 0, walks: int | None = None) -> Exper
     return Experiment("two-phones", "Scans of one phone in the surveyed map of the others", variants, columns)
 
 
-def run_two_phones(
-    experiment: Experiment,
-    source: Source,
-    presets: Sequence[str] = ("default",),
-    seeds: Sequence[int] = (0,),
-    walks: int | None = None,
-    overrides: Sequence[str] = (),
-    jobs: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
-) -> list[Outcome]:
+def run_two_phones(experiment: Experiment, runs: Runs) -> list[Outcome]:
     """The variants of ``two_phones`` or some of them, by preset and seed."""
-    tasks = [
-        (source, preset, variant.label, seed, walks, tuple(overrides))
-        for preset in presets
-        for variant in experiment.variants
-        for seed in seeds
-    ]
-    return in_parallel(_locate_phone, tasks, jobs, progress)
+    labels = [variant.label for variant in experiment.variants]
+    asked = itertools.product(runs.presets, labels, runs.seeds)
+    return runs.in_parallel(_locate_phone, [(runs.source, *one, runs.walks, runs.overrides) for one in asked])
 
 
 def _locate_phone(
