@@ -57,7 +57,7 @@ def tiles_of(rows: sparse.csr_array, gate: Gate | None) -> tuple[Integers, Integ
         tree = cKDTree(gate.points(), leafsize=TILE)
         return np.asarray(tree.indices, dtype=np.int64), _leaves(tree)
     if rows.shape[0] <= FEW:
-        return np.arange(rows.shape[0]), _cuts(np.arange(rows.shape[0]) // TILE)
+        return np.arange(rows.shape[0]), _cuts(np.arange(rows.shape[0]) // (2 * TILE))
     label = _nearest_landmark(rows)
     order = np.argsort(label, kind="stable")
     return order, _cuts(label[order])
