@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from radioslam.cli_options import ConfigFile, Overrides, Preset
+
 if TYPE_CHECKING:
     from radioslam.engine import Engine
 
@@ -36,9 +38,9 @@ def map_sites(
     cluster: Annotated[str, typer.Option("--cluster", metavar="ADDRESS", help="tcp://host:port, or local.")] = "local",
     out: Annotated[str, typer.Option("--out", "-o", help="Folder or URL; a result folder for each site.")] = "results",
     starts: Annotated[str | None, typer.Option("--starts", help="common, known, unknown or mixed.")] = None,
-    preset: Annotated[str | None, typer.Option("--preset", help="default or paper.")] = None,
-    config: Annotated[Path | None, typer.Option("--config", help="TOML file with any of the keys.")] = None,
-    set_: Annotated[list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key.")] = None,
+    preset: Preset = None,
+    config: ConfigFile = None,
+    set_: Overrides = None,
 ) -> None:
     """Map many sites in parallel, one JSON line each."""
     from radioslam.cluster import connect
