@@ -450,8 +450,9 @@ PRESETS["lidar"] = PRESETS["default"] | {
         "key_frame_m": 1.0,
         "key_frame_rad": 3.1416,
         "submap_m": 1.0,
-        "chain": 2,
+        "chain": 0,
         "local_map_m": 15.0,
+        "least_walked_m": 15.0,
     },
 }
 
