@@ -31,6 +31,7 @@ class Nodes:
         distance_m: (n,) path of the sensor up to here.
         T_body_sensor: (n, 4, 4) mounts.
         middle: (n, 3) middle of the cloud in the sensor's frame.
+        measured: (w,) whether clouds corrected each walk's odometry.
         features: what registration needs of each.
         skipped: clouds that were left out, with the reason.  warnings: what a person should look at.
     """
@@ -42,6 +43,7 @@ class Nodes:
     distance_m: Array
     T_body_sensor: Array
     middle: Array
+    measured: NDArray[np.bool_]
     features: tuple[Features, ...]
     skipped: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -96,6 +98,7 @@ def collect_nodes(
         np.array(distance_m),
         np.array(mounts),
         middle,
+        np.array([recording.steps is not None for recording in recordings]),
         tuple(described),
         tuple(skipped),
         tuple(warnings[:1]),

@@ -202,7 +202,8 @@ def _solved(
     tied, part, holds = tie_walks(nodes.walk, T_walk_body, loops, config)
     trial.mark(rows, holds)
     anchors = np.array([np.argmax(part == p) for p in np.unique(part)], dtype=np.int64)
-    graph, converged = solve(SpatialGraph(tied, odometry, loops.select(holds), anchors, nodes.walk), planar, config)
+    graph = SpatialGraph(tied, odometry, loops.select(holds), anchors, nodes.walk, nodes.measured)
+    graph, converged = solve(graph, planar, config)
     return graph, part, converged
 
 
