@@ -118,3 +118,31 @@ def test_simulate_gives_walks_with_clouds(tmp_path, capsys):
     code, _, error = run(capsys, "simulate", "office", "--clouds", "sonar", "--out", tmp_path / "x")
     assert code == 1
     assert "--clouds: expected depth or lidar, found 'sonar'" in error
+
+
+def test_a_simulated_lidar_walk_becomes_its_reference_path(tmp_path, capsys):
+    """From ``simulate --clouds lidar`` to ``reference --preset lidar``, on the first seconds of a walk."""
+    from benchmarks.reference_walks import errors, truth_of
+
+    walks, result = tmp_path / "w", tmp_path / "r"
+    code, _, _ = run(capsys, "simulate", "office", "--walks", 1, "--seed", 2, "--clouds", "lidar", "--out", walks)
+    assert code == 0
+    folder = walks / "office-00"
+    for path in sorted((folder / "clouds").glob("*.pcd"))[30:]:
+        path.unlink()
+    last_s = float((folder / "clouds" / "clouds.txt").read_text().splitlines()[29].split()[0])
+    trajectory = folder / "trajectory.tum"
+    rows = [
+        row for row in trajectory.read_text().splitlines() if row.startswith("#") or float(row.split()[0]) <= last_s
+    ]
+    trajectory.write_text("\n".join(rows) + "\n")
+    code, out, _ = run(
+        capsys, "reference", walks, "--preset", "lidar", "--set", "registration.key_points=0", "--out", result
+    )
+    assert code == 0
+    assert "odometry corrected by 29 of 30 clouds" in out
+    truth = truth_of(folder)
+    before, after = errors(trajectory, truth), errors(result / "trajectories" / "office-00.tum", truth)
+    assert before[0] > 0.2
+    assert after[0] < 0.1 * before[0]
+    assert after[0] < 0.05

@@ -65,3 +65,30 @@ def test_interpolation_meets_the_samples_and_goes_the_short_way():
     np.testing.assert_allclose(half[:3, 3], (T[1, :3, 3] + T[2, :3, 3]) / 2)
     whole = rigid.apart(T[1], T[2])[1]
     assert rigid.apart(T[1], half)[1] == pytest.approx(whole / 2)
+
+
+@settings(deadline=None)
+@given(seeds)
+def test_vectors_of_motions_are_undone(seed):
+    T = some_motions(seed)
+    np.testing.assert_allclose(rigid.from_vector(rigid.to_vector(T)), T, atol=1e-9)
+
+
+def test_a_rotation_is_made_proper():
+    T = some_motions(1)[0]
+    worn = T.copy()
+    worn[:3, :3] += 1e-6 * np.arange(9.0).reshape(3, 3)
+    R = rigid.proper(worn)[:3, :3]
+    np.testing.assert_allclose(R @ R.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(R, T[:3, :3], atol=1e-5)
+
+
+def test_a_bent_path_passes_where_it_shall_and_keeps_its_shape_beyond():
+    time_s, at_s = np.arange(10.0), np.array([2.0, 4.5, 7.0])
+    path, moved = some_motions(2, 10), some_motions(3, 3)
+    bent = rigid.bent(time_s, path, at_s, moved)
+    np.testing.assert_allclose(bent[[2, 7]], moved[[0, 2]], atol=1e-9)
+    np.testing.assert_allclose(rigid.inverse(bent[7]) @ bent[9], rigid.inverse(path[7]) @ path[9], atol=1e-9)
+    np.testing.assert_allclose(rigid.inverse(bent[0]) @ bent[2], rigid.inverse(path[0]) @ path[2], atol=1e-9)
+    same = rigid.bent(time_s, path, at_s, rigid.interpolate(time_s, path, at_s))
+    np.testing.assert_allclose(same, path, atol=1e-9)

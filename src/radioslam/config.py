@@ -350,6 +350,8 @@ class RegistrationConfig(_Group):
     """... and to each angle."""
     effective_points: float = Field(100.0, gt=6)
     """Residuals of neighbouring points err alike: their covariance is that of at most so many independent ones."""
+    normal_sigma_rad: float = Field(0.0, ge=0)
+    """Least standard deviation of a normal per axis: rings of two clouds err alike, and do not show it."""
     seed: int = Field(0, ge=0)
     """Of RANSAC."""
 
@@ -361,10 +363,16 @@ class ReferenceConfig(_Group):
     """A cloud becomes a node of the graph when the sensor has moved so far since the last one ..."""
     key_frame_rad: float = Field(0.1, ge=0)
     """... or turned so far."""
+    local_map_m: float = Field(0.0, ge=0)
+    """Odometry is corrected by registering each cloud with the key frames of so many metres before it (0: not) ..."""
+    local_range_m: float = Field(20.0, gt=0)
+    """... with points no farther from the sensor ..."""
+    local_voxel_m: float = Field(0.1, gt=0)
+    """... and one per cube of this side."""
     submap_m: float = Field(0.0, ge=0)
     """Each cloud is joined by odometry with those that were taken so far before and after it; 0: it stands alone."""
-    chain: int = Field(4, ge=1)
-    """Each node is registered with so many that follow it, from odometry's guess."""
+    chain: int = Field(4, ge=0)
+    """Each node is registered with so many that follow it, from odometry's guess; 0: with none."""
     gates_m: tuple[float, ...] = (6.0, 1.5)
     """Rounds of loop closing: nodes whose clouds' middles are so near under the current estimate are candidates."""
     stretch_m: float = Field(0.5, gt=0)
@@ -436,8 +444,16 @@ PRESETS: dict[str, dict[str, Any]] = {
     },
 }
 PRESETS["lidar"] = PRESETS["default"] | {
-    "registration": {"max_range_m": 8.0, "icp_reach_m": 0.5},
-    "reference": {"max_turn_rad": 3.1416, "key_frame_m": 1.0, "key_frame_rad": 3.1416, "submap_m": 1.0, "chain": 2},
+    "registration": {"max_range_m": 8.0, "icp_reach_m": 0.5, "normal_sigma_rad": 0.1},
+    "reference": {
+        "max_turn_rad": 3.1416,
+        "key_frame_m": 1.0,
+        "key_frame_rad": 3.1416,
+        "submap_m": 1.0,
+        "chain": 0,
+        "local_map_m": 15.0,
+        "least_walked_m": 15.0,
+    },
 }
 
 

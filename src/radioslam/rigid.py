@@ -69,6 +69,22 @@ def quaternions(T: Array) -> Array:
     return np.asarray(Rotation.from_matrix(T[:, :3, :3]).as_quat(canonical=True))
 
 
+def proper(T: Array) -> Array:
+    """The motion (4, 4) with its rotation made exact: long chains of products lose that."""
+    return from_quaternions(T[None, :3, 3], quaternions(T[None]))[0]
+
+
+def to_vector(T: Array) -> Array:
+    """Small motions as (..., 6): the rotation vector (rad) before the translation (m)."""
+    turn = Rotation.from_matrix(T[..., :3, :3]).as_rotvec()
+    return np.concatenate([turn, T[..., :3, 3]], axis=-1)
+
+
+def from_vector(vector: Array) -> Array:
+    """The motions (..., 4, 4) of ``to_vector``."""
+    return motion(Rotation.from_rotvec(vector[..., :3]).as_matrix(), vector[..., 3:])
+
+
 def from_planar(poses: Array) -> Array:
     """(n, 4, 4) from planar poses x, y, θ (n, 3): in the plane z = 0, turned about z."""
     n = len(poses)
@@ -96,3 +112,18 @@ def blend(start: Array, end: Array, share: Array) -> Array:
     turn = Rotation.from_matrix(np.swapaxes(start[:, :3, :3], 1, 2) @ end[:, :3, :3]).as_rotvec() * share[:, None]
     R = start[:, :3, :3] @ Rotation.from_rotvec(turn).as_matrix()
     return motion(R, start[:, :3, 3] + share[:, None] * (end[:, :3, 3] - start[:, :3, 3]))
+
+
+def bent(time_s: Array, T: Array, at_s: Array, T_at: Array) -> Array:
+    """A path (n, 4, 4) at ``time_s`` (n,), moved so that it passes through ``T_at`` (k, 4, 4) at times ``at_s`` (k,).
+
+    Between two of those the correction goes over from one to the other; before and after all of them it stays.
+    """
+    correction = T_at @ inverse(interpolate(time_s, T, at_s))
+    inside = np.clip(time_s, at_s[0], at_s[-1])
+    # What is blended are poses, not corrections: those turn about a far origin.
+    after = np.searchsorted(at_s, inside).clip(1, max(len(at_s) - 1, 1))
+    before, after = after - 1, np.minimum(after, len(at_s) - 1)
+    span = at_s[after] - at_s[before]
+    share = np.divide(inside - at_s[before], span, out=np.zeros(len(inside)), where=span > 0)
+    return blend(correction[before] @ T, correction[after] @ T, share)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -10,6 +12,7 @@ from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph, move
 from tests.point_cloud.scenes import random_motion
 
 CONFIG = load_config(environment={}).reference
+NOT_MEASURED = np.array([False])
 COVARIANCE = np.diag([0.01, 0.01, 0.01, 0.05, 0.05, 0.05]) ** 2
 
 
@@ -63,7 +66,7 @@ def test_a_loop_takes_the_drift_away_and_wrong_loops_do_not_bring_it_back(planar
         np.tile(COVARIANCE, (len(pairs) + 2, 1, 1)),
     )
     solved, converged = solve(
-        SpatialGraph(poses, chain, loops, np.array([0]), np.zeros(len(poses), np.int64)), planar, CONFIG
+        SpatialGraph(poses, chain, loops, np.array([0]), np.zeros(len(poses), np.int64), NOT_MEASURED), planar, CONFIG
     )
     assert converged
     assert error(poses, truth) > 0.15
@@ -75,11 +78,9 @@ def test_space_and_plane_agree_on_a_plane():
     pytest.importorskip("gtsam")
     truth = ring(True)
     poses, chain = drifting(truth, True)
-    graph = SpatialGraph(
-        poses, chain, edges([(0, len(truth) - 1)], truth), np.array([0]), np.zeros(len(poses), np.int64)
-    )
-    rigid_scale = load_config(overrides=["reference.odometry_scale_sigma=1e-6"], environment={}).reference
-    flat, space = (solve(graph, planar, rigid_scale)[0].T_map_body for planar in (True, False))
+    loop = edges([(0, len(truth) - 1)], truth)
+    graph = SpatialGraph(poses, chain, loop, np.array([0]), np.zeros(len(poses), np.int64), ~NOT_MEASURED)
+    flat, space = (solve(graph, planar, CONFIG)[0].T_map_body for planar in (True, False))
     np.testing.assert_allclose(flat, space, atol=5e-3)
 
 
@@ -88,11 +89,8 @@ def test_the_scale_of_the_odometry_is_found_where_loops_tell_it():
     chain = edges([(k, k + 1) for k in range(len(truth) - 1)], truth)
     chain.T_i_j[:, :3, 3] *= 1.03
     known = edges([(0, k) for k in range(2, 12)], truth)
-    graph = SpatialGraph(truth, chain, known, np.array([0]), np.zeros(len(truth), np.int64))
-    free, fixed = (
-        solve(graph, True, load_config(overrides=[f"reference.odometry_scale_sigma={s}"], environment={}).reference)[0]
-        for s in (0.02, 1e-6)
-    )
+    graph = SpatialGraph(truth, chain, known, np.array([0]), np.zeros(len(truth), np.int64), NOT_MEASURED)
+    free, fixed = (solve(replace(graph, measured=m), True, CONFIG)[0] for m in (NOT_MEASURED, ~NOT_MEASURED))
     assert error(free.T_map_body, truth) < 0.5 * error(fixed.T_map_body, truth)
 
 
@@ -109,7 +107,9 @@ def test_the_covariance_of_a_mounted_frame_is_that_of_moved_samples():
 def test_planar_g2o_is_read_by_this_package(tmp_path):
     truth = ring(True)
     poses, chain = drifting(truth, True)
-    graph = SpatialGraph(poses, chain, edges([(0, 23), (3, 9)], truth), np.array([0]), np.zeros(len(poses), np.int64))
+    graph = SpatialGraph(
+        poses, chain, edges([(0, 23), (3, 9)], truth), np.array([0]), np.zeros(len(poses), np.int64), NOT_MEASURED
+    )
     write_g2o(planar_graph(graph), tmp_path / "graph.g2o")
     read = read_g2o((tmp_path / "graph.g2o").read_text())
     np.testing.assert_allclose(read.poses, rigid.to_planar(poses), atol=1e-12)
@@ -120,7 +120,9 @@ def test_spatial_g2o_is_what_gtsam_reads(tmp_path):
     gtsam = pytest.importorskip("gtsam")
     truth = ring(False)
     poses, chain = drifting(truth, False)
-    graph = SpatialGraph(poses, chain, edges([(0, 23)], truth), np.array([0]), np.zeros(len(poses), np.int64))
+    graph = SpatialGraph(
+        poses, chain, edges([(0, 23)], truth), np.array([0]), np.zeros(len(poses), np.int64), NOT_MEASURED
+    )
     write_spatial_g2o(graph, tmp_path / "graph.g2o")
     factors, values = gtsam.readG2o(str(tmp_path / "graph.g2o"), True)
     read = np.array([values.atPose3(k).matrix() for k in range(len(poses))])

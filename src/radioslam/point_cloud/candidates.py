@@ -24,7 +24,7 @@ def along_walks(nodes: Nodes, ahead: int) -> Integers:
     """Pairs (m, 2) of each node with the next ones of its walk, up to ``ahead`` of them."""
     k = np.arange(len(nodes))
     pairs = [np.column_stack([k[:-step], k[step:]]) for step in range(1, min(ahead, len(nodes) - 1) + 1)]
-    joined = np.concatenate(pairs)
+    joined = np.concatenate([np.zeros((0, 2), np.int64), *pairs])
     return joined[nodes.walk[joined[:, 0]] == nodes.walk[joined[:, 1]]]
 
 

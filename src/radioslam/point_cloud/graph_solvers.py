@@ -49,15 +49,15 @@ def planar_graph(graph: SpatialGraph) -> PoseGraph:
 
 
 def _solve_planar(graph: SpatialGraph, config: ReferenceConfig, loss_scale: float) -> tuple[Array, bool]:
-    """Beside the poses each walk has the logarithm of its odometry's scale as an unknown."""
+    """Beside the poses each walk has the logarithm of its odometry's scale as an unknown, unless measured."""
     flat = planar_graph(graph)
-    walks = int(graph.walk.max()) + 1
+    walks = len(graph.measured)
     scale = flat.poses.size + np.arange(walks)
     blocks: list[Block] = [
         BetweenBlock(flat.odometry, log_scale=scale[graph.walk[flat.odometry.i]]),
         BetweenBlock(flat.loops, loss="dcs", loss_scale=loss_scale),
         PriorBlock(flat.priors),
-        ZeroBlock(scale, config.odometry_scale_sigma),
+        ZeroBlock(scale, np.where(graph.measured, ANCHOR_SIGMA, config.odometry_scale_sigma)),
     ]
     x = np.concatenate([flat.poses.ravel(), np.zeros(walks)])
     solution = minimize(blocks, x, OptimizerConfig(max_iterations=config.max_iterations))

@@ -14,7 +14,7 @@ from radioslam.config import ReferenceConfig, RegistrationConfig
 from radioslam.errors import LogError, MappingError
 from radioslam.point_cloud.clouds import check_cloud, read_cloud, unit_warning
 from radioslam.point_cloud.recordings import Recording
-from radioslam.point_cloud.registration import Features, make_features
+from radioslam.point_cloud.registration import Features, make_features, within_range
 from radioslam.progress import Tell
 
 Array = NDArray[np.float64]
@@ -26,21 +26,24 @@ class Nodes:
     """n clouds of all walks, in the order of walks and of time.
 
     Attributes:
-        walk: (n,) number of the recording.  time_s: (n,) on its clock.
+        walk: (n,) number of the recording.  cloud: (n,) number in it.  time_s: (n,) on its clock.
         T_odom_body: (n, 4, 4) odometry, in each walk's own frame.
         distance_m: (n,) path of the sensor up to here.
         T_body_sensor: (n, 4, 4) mounts.
         middle: (n, 3) middle of the cloud in the sensor's frame.
+        measured: (w,) whether clouds corrected each walk's odometry.
         features: what registration needs of each.
         skipped: clouds that were left out, with the reason.  warnings: what a person should look at.
     """
 
     walk: Integers
+    cloud: Integers
     time_s: Array
     T_odom_body: Array
     distance_m: Array
     T_body_sensor: Array
     middle: Array
+    measured: NDArray[np.bool_]
     features: tuple[Features, ...]
     skipped: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -81,19 +84,21 @@ def collect_nodes(
         except LogError as error:
             skipped.append(str(error))
             continue
-        rows.append((k, recordings[k].cloud_s[frame], T, walked, recordings[k].T_body_sensor, features))
+        rows.append((k, frame, recordings[k].cloud_s[frame], T, walked, recordings[k].T_body_sensor, features))
     if len(rows) < 2:
         why = (warnings or skipped or [""])[0]
         raise MappingError(f"expected two clouds or more that can be registered, found {len(rows)}; {why}")
-    walk, time_s, poses, distance_m, mounts, described = zip(*rows, strict=True)
+    walk, cloud, time_s, poses, distance_m, mounts, described = zip(*rows, strict=True)
     middle = np.array([np.median(one.surface.points, axis=0) for one in described])
     return Nodes(
         np.array(walk, dtype=np.int64),
+        np.array(cloud, dtype=np.int64),
         np.array(time_s),
         np.array(poses),
         np.array(distance_m),
         np.array(mounts),
         middle,
+        np.array([recording.steps is not None for recording in recordings]),
         tuple(described),
         tuple(skipped),
         tuple(warnings[:1]),
@@ -106,7 +111,7 @@ def _submap(recording: Recording, frame: int, submap_m: float, max_range_m: floa
     sensor = recording.sensor_at_clouds()
     for other in beside(walked_m(sensor), frame, submap_m):
         cloud = read_cloud(recording.clouds[other], metres_per_unit)
-        near = cloud[np.linalg.norm(cloud, axis=1) <= max_range_m]
+        near = within_range(cloud, max_range_m)
         points.append(rigid.transform(rigid.inverse(sensor[frame]) @ sensor[other], near))
     return np.concatenate(points)
 
@@ -128,7 +133,7 @@ def beside(walked: Array, frame: int, submap_m: float) -> Integers:
 
 
 def _features(points: Array, path: Path, config: RegistrationConfig) -> Features:
-    near = points[np.linalg.norm(points, axis=1) <= config.max_range_m] if len(points) else points
+    near = within_range(points, config.max_range_m)
     if len(points) and not len(near):
         raise LogError(
             path, f"points within {config.max_range_m:g} m of the sensor", "none", "see registration.max_range_m"

@@ -34,6 +34,19 @@ CLOUDS_NAME = "clouds"
 
 
 @dataclass(frozen=True)
+class CloudSteps:
+    """What registration made of the odometry between each cloud and the one before.
+
+    Attributes:
+        covariance: (n, 6, 6) of a small motion of the body in its own axes, rotation (rad) before translation (m).
+        registered: (n,) whether the cloud corrected the step.
+    """
+
+    covariance: Array
+    registered: NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
 class Recording:
     """One walk with clouds.
 
@@ -43,6 +56,7 @@ class Recording:
         clouds: (n,) files.  cloud_s: (n,) when they were taken, within the odometry's time.
         T_body_sensor: (4, 4) how the sensor is mounted.
         walk: with the radio scans, where there are any.
+        steps: how well each step is known, once clouds have corrected the odometry.
     """
 
     name: str
@@ -52,6 +66,7 @@ class Recording:
     cloud_s: Array
     T_body_sensor: Array
     walk: Walk | None = None
+    steps: CloudSteps | None = None
 
     def body_at_clouds(self) -> Array:
         """Odometry (n, 4, 4) at the clouds' times."""

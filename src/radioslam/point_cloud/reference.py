@@ -1,8 +1,9 @@
 """Reference paths from point clouds, the paper's second SLAM system, on one page.
 
-nodes = clouds at odometry poses, each described by its key points
+track = odometry, each step corrected by the cloud against those before it (where that is asked for)
+nodes = clouds at the track's poses, each described by its key points
 loops = registrations of neighbours along the walks, of walks that heard the same radio, of neighbours in the map
-paths = odometry, moved along with the optimized nodes
+paths = the track, moved along with the optimized nodes
 """
 
 from __future__ import annotations
@@ -17,8 +18,10 @@ from numpy.typing import NDArray
 from radioslam import rigid
 from radioslam.config import Config, ReferenceConfig
 from radioslam.point_cloud.candidates import alike_by_radio, along_walks, near_in_estimate
+from radioslam.point_cloud.cloud_odometry import follow_clouds
 from radioslam.point_cloud.graph_solvers import solve
 from radioslam.point_cloud.nodes import Nodes, collect_nodes
+from radioslam.point_cloud.odometry_edges import odometry_edges
 from radioslam.point_cloud.recordings import Recording
 from radioslam.point_cloud.registration import ACCEPTED, SLIDES, Registration, register
 from radioslam.point_cloud.spatial_graph import SpatialEdges, SpatialGraph, moved
@@ -52,7 +55,7 @@ class ReferenceResult:
     """Reference paths and what they rest on.
 
     Attributes:
-        recordings: the walks.  nodes: their clouds.
+        recordings: the walks.  followed: the same with odometry as clouds corrected it.  nodes: their clouds.
         attempts: every pair that was tried.
         graph: with optimized poses.  planar: whether it was optimized in the plane.
         part: (n,) part of the map of each node; parts are not tied to each other.
@@ -61,6 +64,7 @@ class ReferenceResult:
     """
 
     recordings: tuple[Recording, ...]
+    followed: tuple[Recording, ...]
     nodes: Nodes
     attempts: tuple[Attempt, ...]
     graph: SpatialGraph
@@ -94,10 +98,15 @@ def make_reference(
     settings, clock = config.reference, [time.perf_counter()]
     seconds: dict[str, float] = {}
     flat = all(recording.is_planar for recording in recordings) if planar is None else planar
-    nodes = collect_nodes(recordings, config.registration, settings, metres_per_unit, tell)
+    followed = [
+        follow_clouds(recording, config, flat, metres_per_unit, tell) if settings.local_map_m else recording
+        for recording in recordings
+    ]
+    _lap(seconds, clock, "following clouds")
+    nodes = collect_nodes(followed, config.registration, settings, metres_per_unit, tell)
     _lap(seconds, clock, "describing")
     trial = _Trial(nodes, config, flat, tell)
-    odometry, poses = odometry_edges(nodes, settings), nodes.T_odom_body
+    odometry, poses = odometry_edges(nodes, followed, settings), nodes.T_odom_body
     trial.run(along_walks(nodes, settings.chain), ALONG, poses)
     graph, part, converged = _solved(nodes, odometry, trial, poses, flat, settings)
     trial.run(alike_by_radio(nodes, recordings, config), RADIO, None)
@@ -107,9 +116,12 @@ def make_reference(
         trial.run(pairs, NEAR, graph.T_map_body)
         graph, part, converged = _solved(nodes, odometry, trial, graph.T_map_body, flat, settings)
     _lap(seconds, clock, "registering and optimizing")
-    paths = tuple(corrected_path(r, nodes, graph.T_map_body, k) for k, r in enumerate(recordings))
+    paths = tuple(
+        corrected_path(raw, walk, nodes, graph.T_map_body, k)
+        for k, (raw, walk) in enumerate(zip(recordings, followed, strict=True))
+    )
     return ReferenceResult(
-        tuple(recordings), nodes, tuple(trial.attempts), graph, flat, part, paths, converged, seconds
+        tuple(recordings), tuple(followed), nodes, tuple(trial.attempts), graph, flat, part, paths, converged, seconds
     )
 
 
@@ -180,17 +192,6 @@ class _Trial:
             self.attempts[row] = Attempt(**{**vars(attempt), "reason": ACCEPTED if hold else CONTRADICTED})
 
 
-def odometry_edges(nodes: Nodes, config: ReferenceConfig) -> SpatialEdges:
-    """From each node to the next of its walk; variances grow with the distance moved, and do not begin at nothing."""
-    i = np.flatnonzero(nodes.walk[:-1] == nodes.walk[1:])
-    moved_m = np.maximum(nodes.distance_m[i + 1] - nodes.distance_m[i], 0.01)
-    variance = np.repeat(
-        [[config.odometry_rotation_sigma_rad**2], [config.odometry_translation_sigma_m**2]], 3, axis=0
-    ).ravel()
-    covariance = moved_m[:, None, None] * np.diag(variance)
-    return SpatialEdges(i, i + 1, rigid.inverse(nodes.T_odom_body[i]) @ nodes.T_odom_body[i + 1], covariance)
-
-
 def _solved(
     nodes: Nodes, odometry: SpatialEdges, trial: _Trial, poses: Array, planar: bool, config: ReferenceConfig
 ) -> tuple[SpatialGraph, Integers, bool]:
@@ -201,22 +202,15 @@ def _solved(
     tied, part, holds = tie_walks(nodes.walk, T_walk_body, loops, config)
     trial.mark(rows, holds)
     anchors = np.array([np.argmax(part == p) for p in np.unique(part)], dtype=np.int64)
-    graph, converged = solve(SpatialGraph(tied, odometry, loops.select(holds), anchors, nodes.walk), planar, config)
+    graph = SpatialGraph(tied, odometry, loops.select(holds), anchors, nodes.walk, nodes.measured)
+    graph, converged = solve(graph, planar, config)
     return graph, part, converged
 
 
-def corrected_path(recording: Recording, nodes: Nodes, T_map_body: Array, walk: int) -> Array:
-    """Poses (m, 4, 4) at the odometry's times: between two nodes the correction goes over from one to the other."""
+def corrected_path(raw: Recording, followed: Recording, nodes: Nodes, T_map_body: Array, walk: int) -> Array:
+    """Poses (m, 4, 4) at the raw odometry's times: the followed path, moved along with its nodes."""
     mine = np.flatnonzero(nodes.walk == walk)
-    if not len(mine):
-        return recording.T_odom_body
-    correction = T_map_body[mine] @ rigid.inverse(nodes.T_odom_body[mine])
-    times = nodes.time_s[mine]
-    inside = np.clip(recording.time_s, times[0], times[-1])
-    # What is blended are poses, not corrections: those turn about a far origin.
-    after = np.searchsorted(times, inside).clip(1, max(len(mine) - 1, 1))
-    before, after = after - 1, np.minimum(after, len(mine) - 1)
-    span = times[after] - times[before]
-    share = np.divide(inside - times[before], span, out=np.zeros(len(inside)), where=span > 0)
-    start, end = correction[before] @ recording.T_odom_body, correction[after] @ recording.T_odom_body
-    return rigid.blend(start, end, share)
+    path = followed.T_odom_body
+    if len(mine):
+        path = rigid.bent(followed.time_s, path, nodes.time_s[mine], T_map_body[mine])
+    return rigid.interpolate(followed.time_s, path, raw.time_s)

@@ -94,6 +94,7 @@ def _counts(result: ReferenceResult, kind: str) -> dict[str, int]:
 
 def _walk_summary(result: ReferenceResult, k: int) -> dict[str, Any]:
     recording, mine = result.recordings[k], np.flatnonzero(result.nodes.walk == k)
+    steps = result.followed[k].steps
     ends = {w for a in result.attempts if a.reason == ACCEPTED for w in result.nodes.walk[[a.i, a.j]].tolist()}
     moved = np.linalg.norm(np.diff(recording.T_odom_body[:, :3, 3], axis=0), axis=1)
     return {
@@ -102,6 +103,7 @@ def _walk_summary(result: ReferenceResult, k: int) -> dict[str, Any]:
         "nodes": len(mine),
         "length_m": float(moved.sum()),
         "part": int(result.part[mine[0]]) if len(mine) else None,
+        "followed": int(steps.registered.sum()) if steps else 0,
         "has_loops": k in ends,
         "error_m": _errors(result, k),
     }

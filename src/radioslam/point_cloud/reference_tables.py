@@ -39,7 +39,10 @@ def lines(summary: dict[str, Any]) -> Iterator[str]:
     yield f"rejected: {rejected or 'none'}"
     how = "in the plane" if summary["planar"] else "in space"
     yield f"optimizer {'converged' if summary['converged'] else 'DID NOT CONVERGE'} {how}"
-    alone = [walk["name"] for walk in summary["walks"] if not walk["has_loops"]]
+    followed, clouds = (sum(walk[name] for walk in summary["walks"]) for name in ("followed", "clouds"))
+    if followed:
+        yield f"odometry corrected by {followed} of {clouds} clouds, against those before them"
+    alone = [walk["name"] for walk in summary["walks"] if not walk["has_loops"] and not walk["followed"]]
     if alone:
         yield f"odometry alone, for nothing was registered: {', '.join(alone)}"
     if summary["parts"] > 1:

@@ -66,9 +66,14 @@ class Registration:
         return self.reason == ACCEPTED
 
 
+def within_range(points: Array, max_range_m: float) -> Array:
+    """The points (n, 3) no farther from the sensor than that."""
+    return points[np.linalg.norm(points, axis=1) <= max_range_m]
+
+
 def make_features(points: Array, config: RegistrationConfig) -> Features:
     """Down-sample a checked cloud (n, 3) in its sensor's frame, and describe its key points."""
-    near = points[np.linalg.norm(points, axis=1) <= config.max_range_m]
+    near = within_range(points, config.max_range_m)
     surface = make_surface(near, config.voxel_m, config.normal_neighbours)
     if not len(surface) or not config.key_points:
         return Features(surface, np.zeros((0, 3)), np.zeros((0, LENGTH), np.float32))
@@ -137,8 +142,8 @@ def _guesses(target: Features, source: Features, config: RegistrationConfig, gue
 
 def _refined(target: Surface, source: Surface, guess: Array, config: RegistrationConfig) -> Registration:
     T = refine(target, source, guess, config.icp_reach_m, config.icp_points, config.icp_iterations)
-    here, index = _matched(target, source, T, config)
-    there, _ = _matched(source, target, rigid.inverse(T), config)
+    here, index = matched_points(target, source, T, config)
+    there, _ = matched_points(source, target, rigid.inverse(T), config)
     matched = min(float(here.mean()), float(there.mean()))
     free = _free_directions(target, source, T, config) if matched > config.least_matched else np.zeros((3, 3))
     covariance = icp_covariance(target, source, T, index, here, config)
@@ -151,7 +156,9 @@ def _refined(target: Surface, source: Surface, guess: Array, config: Registratio
     return Registration(T, covariance, matched, reason)
 
 
-def _matched(target: Surface, source: Surface, T: Array, config: RegistrationConfig) -> tuple[Mask, NDArray[np.int64]]:
+def matched_points(
+    target: Surface, source: Surface, T: Array, config: RegistrationConfig
+) -> tuple[Mask, NDArray[np.int64]]:
     """Mask of the source's matched points, and the target's nearest point to each of all."""
     index, distance = nearest(target, rigid.transform(T, source.points))
     cosine = np.einsum("nj,nj->n", source.normals @ T[:3, :3].T, target.normals[index])
@@ -169,12 +176,12 @@ def _free_directions(target: Surface, source: Surface, T: Array, config: Registr
     _, axes = np.linalg.eigh(source.normals.T @ source.normals)
     every = 1 + len(source) // (3 * PROBES)
     few = Surface(source.points[::every], source.normals[::every], source.normal_neighbours)
-    kept = _matched(target, few, T, config)[0].sum()
+    kept = matched_points(target, few, T, config)[0].sum()
     free = np.zeros((3, 3))
     for axis in axes.T:
         for way in (-config.slide_m, config.slide_m):
             slid = T @ rigid.motion(np.eye(3), way * axis)
-            if _matched(target, few, slid, config)[0].sum() > (1.0 - config.least_loss) * kept:
+            if matched_points(target, few, slid, config)[0].sum() > (1.0 - config.least_loss) * kept:
                 free += np.outer(axis, axis)
                 break
     return free
@@ -194,6 +201,7 @@ def icp_covariance(
     (ω, v) of the source changes it by n · R G (ω, v) with G = (-[p]×, I). Least squares give Σ = s² H⁻¹ with
     s² = Σ r² / (m - 6) and H = Σ Gᵀ n nᵀ G. Normals err too, and would make a bare wall seem to hold in all directions:
     with ν the variance of a normal in each axis, by what the normals of matched points differ, H = Σ Gᵀ (n nᵀ - ν I) G.
+    Where both clouds are sampled alike their normals err alike, and ν is at least ``normal_sigma_rad``².
     Neighbouring residuals err alike, so H counts as that of ``effective_points``; what no residual shows is added.
     """
     points, j = source.points[matched], index[matched]
@@ -205,6 +213,7 @@ def icp_covariance(
         return UNKNOWN + systematic
     variance = max(float(residual @ residual) / (count - 6), 1e-8)
     normal_variance = float(np.mean(1.0 - np.einsum("nj,nj->n", normals, source.normals[matched]))) / 2
+    normal_variance = max(normal_variance, config.normal_sigma_rad**2)
     J = np.hstack([np.cross(points, normals), normals])
     G = _small_motions(points)
     H = J.T @ J - normal_variance * np.einsum("nai,naj->ij", G, G)

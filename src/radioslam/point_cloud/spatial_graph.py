@@ -55,7 +55,7 @@ class SpatialGraph:
     """Poses (n, 4, 4) in one frame, ``odometry`` along the walks, and ``loops``: what registration found.
 
     The nodes ``anchors`` (a,) stay where they are: the first of each part that nothing ties to another. Each ``walk``
-    (n,) may have taken its metres too long or too short.
+    (n,) may have taken its metres too long or too short, but for those that are ``measured`` (w,): by their clouds.
     """
 
     T_map_body: Array
@@ -63,6 +63,7 @@ class SpatialGraph:
     loops: SpatialEdges
     anchors: Integers
     walk: Integers
+    measured: NDArray[np.bool_]
 
 
 def moved(covariance: Array, T_new_old: Array) -> Array:

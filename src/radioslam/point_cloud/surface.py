@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import weakref
+from collections import OrderedDict
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,7 +17,7 @@ Array = NDArray[np.float64]
 
 FEWEST_NEIGHBOURS = 5
 PREPARED = 256
-"""So many surfaces keep their k-d tree and covariances, ten times the size of their points."""
+"""So many surfaces keep their k-d tree and covariances, ten times the size of their points, while they live."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +63,21 @@ def make_surface(points: Array, voxel_m: float, normal_neighbours: int) -> Surfa
     return Surface(kept[known], normals[known], normal_neighbours)
 
 
-@lru_cache(maxsize=PREPARED)
+_kept: OrderedDict[weakref.ref[Surface], tuple[Any, Any]] = OrderedDict()
+
+
 def _prepared(surface: Surface) -> tuple[Any, Any]:
-    """Cloud with covariances and k-d tree for ``small_gicp``."""
+    """Cloud with covariances and k-d tree for ``small_gicp``; while it is among the last used and lives."""
+    key = weakref.ref(surface, lambda gone: _kept.pop(gone, None))
+    if key not in _kept:
+        _kept[key] = _prepare(surface)
+        while len(_kept) > PREPARED:
+            _kept.popitem(last=False)
+    _kept.move_to_end(key)
+    return _kept[key]
+
+
+def _prepare(surface: Surface) -> tuple[Any, Any]:
     library = small_gicp()
     cloud = library.PointCloud(surface.points)
     tree = library.KdTree(cloud)
