@@ -137,6 +137,17 @@ class Ties:
         """Mask (n,) of the ties of any of these walks."""
         return np.isin(self.walk_i, numbers) | np.isin(self.walk_j, numbers)
 
+    def strongest(self, numbers: Integers, most: int) -> Ties:
+        """Those among these walks, and for each of their scans the ``most`` most similar of those to other walks."""
+        inside = np.isin(self.walk_i, numbers)
+        among = inside & np.isin(self.walk_j, numbers)
+        walk, scan = np.where(inside, [self.walk_i, self.scan_i], [self.walk_j, self.scan_j])
+        order = np.lexsort((-self.similarity, scan, walk, among))
+        first = np.flatnonzero(np.append(True, (np.diff(walk[order]) != 0) | (np.diff(scan[order]) != 0)))
+        rank = np.empty(len(order), np.int64)
+        rank[order] = np.arange(len(order)) - np.repeat(first, np.diff(np.append(first, len(order))))
+        return self.select(among | (rank < most))
+
     def partners(self, number: int) -> Integers:
         """Numbers of the walks that are tied to a walk, those most often first."""
         ends = np.stack([self.walk_i, self.walk_j])[:, self.touching(np.array([number]))]

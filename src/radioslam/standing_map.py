@@ -6,7 +6,7 @@ to. All others stay, so that the cost does not depend on how many they are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -69,8 +69,9 @@ class StandingMap:
         walks = [walk for walk in self.mapped.values() if walk.tied and walk.number in numbers]
         if not walks:
             return
-        loops = self._loops()
-        others, kept = self._outside(loops.select(loops.touching(np.array(numbers))), walks)
+        own, loops = np.array([walk.number for walk in walks]), self._loops()
+        loops = loops.select(loops.touching(own)).strongest(own, self.config.growing.per_cell)
+        others, kept = self._outside(loops, walks)
         merged = standing_at(self._merged(walks), np.concatenate([walk.poses for walk in walks]))
         poses = polish(merged, kept, others, self._known, self.config)
         parts = np.split(poses, np.cumsum([len(walk.poses) for walk in walks])[:-1])
@@ -84,14 +85,16 @@ class StandingMap:
         first = np.cumsum([0, *(len(walk.poses) for walk in walks)])[:-1]
         inside = np.isin(number, own)
         ends, row = np.unique(np.column_stack([number, scan])[~inside], axis=0, return_inverse=True)
-        parts = [_standing(by_number[int(k)], ends[ends[:, 0] == k, 1]) for k in np.unique(ends[:, 0])]
+        numbers, first_end = np.unique(ends[:, 0], return_index=True)
+        scans_of = np.split(ends[:, 1], first_end[1:])
+        parts = [(by_number[k], scans) for k, scans in zip(numbers.tolist(), scans_of, strict=False)]
         node = np.empty(len(number), np.int64)
         node[~inside] = row.ravel()
         order = np.argsort(own)
         place = order[np.searchsorted(own[order], number[inside])]
         node[inside] = len(ends) + first[place] + scan[inside]
         i, j = node.reshape(2, -1)
-        return Samples.concatenate(parts), Pairs(np.minimum(i, j), np.maximum(i, j), loops.similarity)
+        return _standing(parts), Pairs(np.minimum(i, j), np.maximum(i, j), loops.similarity)
 
     def _loops(self) -> Ties:
         return Ties.concatenate(ties.kept for ties in self.ties)
@@ -125,7 +128,7 @@ class StandingMap:
             self._column.setdefault(name, len(self._column))
         rows = unit_rows(represent(walk.fingerprints.rss_dbm, self.config.fingerprints))
         strengths = in_columns(rows, walk.fingerprints.transmitters, self._column)
-        return replace(_standing(walk, walk.fingerprints.scan), strengths=strengths)
+        return replace(_standing([(walk, walk.fingerprints.scan)]), strengths=strengths)
 
     def condense_places(self) -> None:
         """Choose the scans that stand for the map from all of its walks."""
@@ -148,14 +151,20 @@ def _ties_of(settled: Settled, number: int) -> Ties:
     return Ties(walk[pairs.i], scan[pairs.i], walk[pairs.j], scan[pairs.j], pairs.similarity, settled.loops.reason)
 
 
-def _standing(walk: MappedWalk, scans: Integers) -> Samples:
-    """Where scans of a walk stand, without what they heard."""
+def _standing(parts: Sequence[tuple[MappedWalk, Integers]]) -> Samples:
+    """Where scans of walks stand, without what they heard."""
+    if not parts:
+        return Samples.none()
+
+    def column(of: Callable[[MappedWalk], Array]) -> Array:
+        return np.concatenate([of(walk)[scans] for walk, scans in parts])
+
     return Samples(
-        walk=np.full(len(scans), walk.number),
-        scan=scans,
-        poses=walk.poses[scans],
-        velocity=walk.velocity[scans],
-        sigma_m=np.nan_to_num(walk.sigma_m[scans], nan=UNKNOWN_SIGMA_M),
-        distance_m=walk.fingerprints.distance_m[scans],
-        strengths=sparse.csr_array((len(scans), 0)),
+        walk=np.repeat([walk.number for walk, _ in parts], [len(scans) for _, scans in parts]),
+        scan=np.concatenate([scans for _, scans in parts]),
+        poses=column(lambda walk: walk.poses),
+        velocity=column(lambda walk: walk.velocity),
+        sigma_m=np.nan_to_num(column(lambda walk: walk.sigma_m), nan=UNKNOWN_SIGMA_M),
+        distance_m=column(lambda walk: walk.fingerprints.distance_m),
+        strengths=sparse.csr_array((sum(len(scans) for _, scans in parts), 0)),
     )
