@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Columns = dict[str, NDArray[Any]]
 
-VERSION = 1
+VERSION = 2
 POSE = ("x_m", "y_m", "heading_rad")
 RADIOS = ("wifi", "ble")
 

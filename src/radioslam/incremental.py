@@ -54,7 +54,7 @@ class GrowingMap(StandingMap):
     """A map of one floor that takes walks in and gives them back.
 
     Attributes:
-        status: how the last full optimization went, None while empty.  rebuilt: how many walks it saw.
+        status: how the last full optimization went, None while empty.  rebuilt: how many scans it saw.
     """
 
     status: SolverStatus | None = None
@@ -87,8 +87,16 @@ class GrowingMap(StandingMap):
 
     @property
     def worth_rebuilding(self) -> bool:
-        """Whether so many walks came or went since the last full optimization that another one pays."""
-        return abs(len(self.mapped) - self.rebuilt) > self.config.growing.rebuild_growth * self.rebuilt
+        """Whether so many scans came or went since the last full optimization that another one pays."""
+        return self.worth_rebuilding_with(())
+
+    def worth_rebuilding_with(self, walks: Sequence[Walk]) -> bool:
+        """Whether it would pay after these are laid in, or would cost no more than to lay in so many of them."""
+        growth = self.config.growing.rebuild_growth
+        scans = {one.name: len(one.track.walk.wifi) for one in self.mapped.values()}
+        scans |= {walk.name: len(walk.wifi) for walk in walks}
+        grown = abs(sum(scans.values()) - self.rebuilt) > growth * self.rebuilt
+        return grown or len(walks) > growth * len(self.mapped)
 
     def add(self, walk: Walk) -> AddedWalk:
         """Lay a walk into the map; one of the same name is replaced. The first one is the map.
@@ -260,7 +268,8 @@ class GrowingMap(StandingMap):
         ends = samples.walk[pairs.i], scan[pairs.i], samples.walk[pairs.j], scan[pairs.j]
         self.mapped, self.ties = mapped, [Ties(*ends, pairs.similarity, result.loops.reason)]
         self.knowledge = Knowledge(result.uncertainty, result.solver.radio_lag_s, result.solver.axis_rad)
-        self.status, self.rebuilt = result.solver, len(mapped)
+        self.status = result.solver
+        self.rebuilt = sum(len(one.track.walk.wifi) for one in mapped.values())
         self.condense_places()
 
     def _is_held(self, walk: MappedWalk) -> bool:

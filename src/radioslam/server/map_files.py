@@ -8,6 +8,8 @@ RADIO_MAP = "radio_map.parquet"
 """Samples of all floors."""
 FLOORS = "floors.json"
 """Names of the floors in the order of their folders."""
+GROWING = "growing"
+"""Folder of what the next version grows from; only the newest version has it, and it is not handed out."""
 
 
 def floor_folder(folder: Path, number: int) -> Path:

@@ -226,6 +226,8 @@ class BuildInfo(BaseModel):
     attempts: int
     message: str
     changed_s: float
+    made: Literal["full", "grown"] | None
+    """How the newest version was made: of all walks anew, or grown from the one before."""
 
 
 class MapInfo(BaseModel):

@@ -15,7 +15,7 @@ from sqlalchemy import select, update
 from radioslam.errors import NotFoundError, ResultError, UnavailableError
 from radioslam.server.access import Admin, Reader
 from radioslam.server.context import Context, context_of
-from radioslam.server.map_files import FLOORS, floor_folder
+from radioslam.server.map_files import FLOORS, GROWING, floor_folder
 from radioslam.server.messages import Address, BuildInfo, Label, MapInfo
 from radioslam.server.routes_sites import SiteId
 from radioslam.server.store import find_site
@@ -37,12 +37,15 @@ def get_build(request: Request, site_id: SiteId, _: Reader) -> BuildInfo:
     with context_of(request).database.read() as session:
         find_site(session, site_id)
         build = session.get_one(Build, site_id)
-        return BuildInfo.model_validate({key: getattr(build, key) for key in BuildInfo.model_fields})
+        told = {key: getattr(build, key) for key in BuildInfo.model_fields if key != "made"}
+        newest = select(StoredMap.summary).where(StoredMap.site_id == site_id).order_by(StoredMap.version.desc())
+        summary = session.scalar(newest.limit(1))
+        return BuildInfo(**told, made=summary and summary.get("made"))
 
 
 @router.post("/build", status_code=202)
 def want_build(request: Request, site_id: SiteId, caller: Admin) -> BuildInfo:
-    """Make the map again as soon as the worker is free."""
+    """Make the map again of all walks, as soon as the worker is free."""
     with context_of(request).database.write() as session:
         find_site(session, site_id)
         session.execute(update(Build).where(Build.site_id == site_id).values(wanted=True))
@@ -116,7 +119,7 @@ def get_files(request: Request, site_id: SiteId, version: Version, _: Reader) ->
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in sorted(folder.rglob("*")):
-            if path.is_file():
+            if path.is_file() and path.relative_to(folder).parts[0] != GROWING:
                 archive.write(path, path.relative_to(folder).as_posix())
     name = f"{site_id}-{folder.name}.zip"
     return Response(

@@ -14,19 +14,21 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
-from radioslam.errors import LogError, RadioSlamError, UnavailableError
+from radioslam.errors import RadioSlamError, UnavailableError
 from radioslam.result_folder import whole_folder
 from radioslam.server.database import Database
+from radioslam.server.map_files import GROWING
 from radioslam.server.mapping import make_map
 from radioslam.server.settings import Settings
 from radioslam.server.site_config import site_config
-from radioslam.server.store import load_walk, stamp
-from radioslam.server.tables import Build, Site, StoredMap, StoredWalk
-from radioslam.walk import Walk
+from radioslam.server.site_walks import SiteWalks
+from radioslam.server.store import stamp
+from radioslam.server.tables import Build, Site, StoredMap
 
 LOOK_EVERY_S = 0.5
 MOST_ATTEMPTS = 3
@@ -68,9 +70,9 @@ class Worker:
         return build.wanted or (build.built != now and waited and not now.endswith(":0"))
 
     def _build(self, site: Site, now: str) -> None:
-        self._begin(site.id, now)
+        ordered = self._begin(site.id, now)
         try:
-            self._make(site)
+            self._make(site, ordered)
         except UnavailableError:
             raise
         except RadioSlamError as error:
@@ -81,24 +83,27 @@ class Worker:
             self._tell(site.id, state="failed", message=f"the mapping failed ({type(error).__name__}); see the log")
         self._forget_old(site.id)
 
-    def _begin(self, site_id: str, now: str) -> None:
+    def _begin(self, site_id: str, now: str) -> bool:
+        """Enter that a map is being made; whether somebody ordered it."""
         with self.database.write() as session:
             build = session.get_one(Build, site_id)
+            ordered = build.wanted
             build.attempts = build.attempts + 1 if build.built == now else 1
             build.state, build.wanted, build.built, build.step = "running", False, now, "reading walks"
             build.message, build.changed_s = "", time.time()
+        return ordered
 
-    def _make(self, site: Site) -> None:
+    def _make(self, site: Site, ordered: bool) -> None:
         with self.database.read() as session:
-            query = select(StoredWalk).where(StoredWalk.site_id == site.id, StoredWalk.state != "withdrawn")
-            walks, unread = _load(session, list(session.scalars(query.order_by(StoredWalk.name))))
+            before = self._before(session, site)
             version = session.get_one(Build, site.id).version + 1
         target = self.settings.maps / site.id / str(version)
         shutil.rmtree(target, ignore_errors=True)  # of an attempt that was not entered
         config = site_config(site.starts, site.heading, site.overrides)
         tell: Callable[[str], None] = lambda step: self._tell(site.id, step=step)  # noqa: E731
         with whole_folder(target, force=False) as folder:
-            made = make_map(walks, config, folder, tell, unread)
+            walks = SiteWalks(self.database, site.id)
+            made = make_map(walks, config, folder, tell, "it was ordered" if ordered else before)
         with self.database.write() as session:
             session.add(
                 StoredMap(
@@ -113,12 +118,22 @@ class Worker:
             build.state, build.step, build.attempts, build.changed_s = "idle", "", 0, time.time()
             build.version = version
 
+    def _before(self, session: Session, site: Site) -> Path | str:
+        """The version to grow from, or why none is."""
+        query = select(StoredMap.version, StoredMap.revision).where(StoredMap.site_id == site.id)
+        newest = session.execute(query.order_by(StoredMap.version.desc()).limit(1)).first()
+        if newest is None:
+            return "it is the first"
+        if newest.revision < site.erased_revision:
+            return "walks were erased"
+        return self.settings.maps / site.id / str(newest.version)
+
     def _tell(self, site_id: str, **values: object) -> None:
         with self.database.write() as session:
             session.execute(update(Build).where(Build.site_id == site_id).values(**values, changed_s=time.time()))
 
     def _forget_old(self, site_id: str) -> None:
-        """Remove versions beyond the number kept, and those that hold erased walks."""
+        """Remove versions beyond the number kept, those that hold erased walks, and what older ones would grow from."""
         with self.database.write() as session:
             site = session.get(Site, site_id)
             versions = select(StoredMap.version, StoredMap.revision).where(StoredMap.site_id == site_id)
@@ -126,21 +141,12 @@ class Worker:
             erased = site.erased_revision if site else 0
             gone = [v for k, (v, revision) in enumerate(rows) if k >= self.settings.keep_maps or revision < erased]
             session.execute(delete(StoredMap).where(StoredMap.site_id == site_id, StoredMap.version.in_(gone)))
-        kept = {str(version) for version, _ in rows if version not in gone}
+        kept = [str(version) for version, _ in rows if version not in gone]
         for folder in (self.settings.maps / site_id).glob("*"):
             if folder.name not in kept:
                 shutil.rmtree(folder, ignore_errors=True)
-
-
-def _load(session: Session, stored: list[StoredWalk]) -> tuple[list[Walk], list[tuple[str, str]]]:
-    """The walks, and names and reasons of those that cannot be put together."""
-    walks, unread = [], []
-    for one in stored:
-        try:
-            walks.append(load_walk(session, one))
-        except LogError as error:
-            unread.append((one.name, str(error)))
-    return walks, unread
+            elif folder.name != kept[0]:
+                shutil.rmtree(folder / GROWING, ignore_errors=True)
 
 
 def _end_with_server() -> None:
