@@ -14,6 +14,7 @@ import numpy as np
 from radioslam.simulator import simulate
 from tests.server.kills import survives
 from tests.server.postgres import running_postgres
+from tests.soak.growing import grow, table
 from tests.soak.load import load, speed
 
 KILLS = int(os.environ.get("RADIOSLAM_KILLS", "100"))
@@ -69,7 +70,14 @@ def fast() -> None:
         print(f"ratio of {what}, service to bare: {ratio.mean():.2f} ± {ratio.std(ddof=1):.2f}", flush=True)
 
 
-TRIALS = {"kills": kills, "mangled": mangled, "load": loaded, "speed": fast}
+def growing() -> None:
+    """Forty walks of an office that come one by one, a version after each."""
+    for starts in ("common", "known", "unknown"):
+        print(f"starts {starts}")
+        print(table(grow(starts=starts)), flush=True)
+
+
+TRIALS = {"kills": kills, "mangled": mangled, "load": loaded, "speed": fast, "growing": growing}
 
 if __name__ == "__main__":
     for chosen in sys.argv[1:] or TRIALS:
