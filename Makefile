@@ -8,7 +8,7 @@ DEMO   := demo-result
 SERVE_DEMO := demo-service
 SERVE_PORT ?= 8000
 
-.PHONY: demo serve-demo test check format bench experiments soak lock clean
+.PHONY: demo serve-demo test check audit format bench experiments soak lock clean
 
 demo: $(READY)  ## simulate a small building, map it, print the table and where the report is
 	$(BIN)/radioslam simulate office --out $(DEMO)/walks --seed 1 --force
@@ -20,10 +20,14 @@ serve-demo: $(READY)  ## start the service, replay a simulated crowd, print the 
 test: $(READY)  ## the whole test suite
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-check: $(READY)  ## format, lint, types
+check: $(READY)  ## format, lint, types, known vulnerabilities
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/python .ci/audit.py
+
+audit: $(READY)  ## known vulnerabilities in the locked dependencies, where somebody can be asked
+	$(BIN)/python .ci/audit.py
 
 format: $(READY)
 	$(BIN)/ruff format .
