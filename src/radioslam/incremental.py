@@ -233,7 +233,8 @@ class GrowingMap(StandingMap):
 
     def _told(self, name: str) -> AddedWalk:
         walk = self.mapped[name]
-        loops = int(np.sum(self._loops().touching(np.array([walk.number]))))
+        # Its loops are those of the last ties: only walks that come later add others.
+        loops = int(np.sum(self.ties[-1].kept.touching(np.array([walk.number])))) if self.ties else 0
         return AddedWalk(name, walk.fingerprints.time_s, walk.poses, walk.sigma_m, walk.tied, walk.reason, loops)
 
     # Taking over a batch result --------------------------------------------------------------------------------------
