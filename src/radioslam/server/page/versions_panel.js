@@ -41,5 +41,6 @@ function describe(one, isNewest) {
   const floors = one.summary.floors;
   const sum = (of) => floors.reduce((total, floor) => total + (of(floor) ?? 0), 0);
   const loops = sum((floor) => floor.loops?.kept);
-  return `${one.version}${isNewest ? " (newest)" : ""}, ${clock(one.made_s)}, ${many(loops, "loop")}`;
+  const how = one.summary.made === "grown" ? "grown" : "of all walks";
+  return `${one.version}${isNewest ? " (newest)" : ""}, ${how}, ${clock(one.made_s)}, ${many(loops, "loop")}`;
 }
