@@ -5,6 +5,7 @@ Ends with 1 where there are any, with 0 and one line where there are none or whe
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import subprocess
 import sys
@@ -13,18 +14,31 @@ from typing import Any
 
 LOCK = Path(__file__).resolve().parent.parent / "requirements.lock"
 SOURCES = ("pypi", "osv")
-PATIENCE_S = 20.0
+PATIENCE_S = 12.0
+
+
+class AuditError(Exception):
+    """A source of advisories that could not be asked."""
 
 
 def ask(source: str) -> list[dict[str, Any]]:
-    """Every package of the lock file that this source knows, with its vulnerabilities; none where it is away."""
+    """Every package of the lock file that this source knows, with its vulnerabilities.
+
+    Raises:
+        AuditError: the source knows none, or did not answer; with what pip-audit said last.
+    """
     options = ["--require-hashes", "--disable-pip", "--progress-spinner", "off", "--format", "json", "--timeout", "5"]
     command = [sys.executable, "-m", "pip_audit", *options, "--vulnerability-service", source, "-r", str(LOCK)]
     try:
-        told = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, timeout=PATIENCE_S)
-        return known(json.loads(told.stdout))
-    except (subprocess.TimeoutExpired, ValueError):
-        return []
+        told = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
+        packages = known(json.loads(told.stdout))
+    except subprocess.TimeoutExpired:
+        raise AuditError(f"{source}: no answer in {PATIENCE_S:g} s") from None
+    except ValueError:
+        raise AuditError(f"{source}: {(told.stderr.strip() or 'no report').splitlines()[-1][:200]}") from None
+    if not packages:
+        raise AuditError(f"{source}: knows none of the packages")
+    return packages
 
 
 def known(report: dict[str, Any]) -> list[dict[str, Any]]:
@@ -43,13 +57,20 @@ def findings(packages: list[dict[str, Any]]) -> list[str]:
 
 def main() -> int:
     """Ask the sources in turn until one answers."""
+    if importlib.util.find_spec("pip_audit") is None:
+        print("audit: expected pip-audit, found none; renew .venv")
+        return 1
+    reasons = []
     for source in SOURCES:
-        packages = ask(source)
-        if packages:
-            lines = findings(packages)
-            print("\n".join([f"audit: {len(packages)} packages asked of {source}, {len(lines)} vulnerable", *lines]))
-            return int(bool(lines))
-    print(f"audit: skipped, no source of advisories can be reached (tried {' and '.join(SOURCES)})")
+        try:
+            packages = ask(source)
+        except AuditError as error:
+            reasons.append(str(error))
+            continue
+        lines = findings(packages)
+        print("\n".join([f"audit: {len(packages)} packages asked of {source}, {len(lines)} vulnerable", *lines]))
+        return int(bool(lines))
+    print(f"audit: skipped, nobody could be asked ({'; '.join(reasons)})")
     return 0
 
 

@@ -31,7 +31,7 @@ def answering(reports):
 
     def run(command, **_):
         source = command[command.index("--vulnerability-service") + 1]
-        return CompletedProcess(command, 0, reports.get(source, ""))
+        return CompletedProcess(command, 0, reports.get(source, ""), "a warning\nConnectionError: no route")
 
     return run
 
@@ -42,8 +42,8 @@ def answering(reports):
         ({"pypi": [SOUND, UNKNOWN]}, 0, "audit: 1 packages asked of pypi, 0 vulnerable"),
         ({"pypi": [SOUND, VULNERABLE]}, 1, "old 1.0: PYSEC-1, mended in 1.1, 2.0"),
         ({"pypi": [UNKNOWN], "osv": [VULNERABLE]}, 1, "1 packages asked of osv, 1 vulnerable"),
-        ({"pypi": [UNKNOWN]}, 0, "audit: skipped, no source of advisories can be reached (tried pypi and osv)"),
-        ({}, 0, "audit: skipped"),
+        ({"pypi": [UNKNOWN]}, 0, "(pypi: knows none of the packages; osv: ConnectionError: no route)"),
+        ({}, 0, "audit: skipped, nobody could be asked (pypi: ConnectionError"),
     ],
 )
 def test_the_first_source_that_knows_the_packages_decides(audit, monkeypatch, capsys, reports, code, said):
@@ -51,3 +51,9 @@ def test_the_first_source_that_knows_the_packages_decides(audit, monkeypatch, ca
     monkeypatch.setattr(audit.subprocess, "run", answering(told))
     assert audit.main() == code
     assert said in capsys.readouterr().out
+
+
+def test_without_pip_audit_the_check_fails(audit, monkeypatch, capsys):
+    monkeypatch.setattr(audit.importlib.util, "find_spec", lambda name: None)
+    assert audit.main() == 1
+    assert "expected pip-audit, found none" in capsys.readouterr().out

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def served(service, tmp_path, site="office"):
     return SlamResult.load(folder / "floor-0")
 
 
-@pytest.mark.parametrize("starts", ["common", "known", "unknown"])
+@pytest.mark.parametrize("starts", ["common", "known", "mixed", "unknown"])
 def test_a_grown_map_agrees_with_the_batch_map_of_the_same_walks(service, tmp_path, starts):
     service.make_site(starts=starts)
     send(service, WALKS[:9])
@@ -89,12 +90,42 @@ def test_after_a_walk_was_withdrawn_the_map_is_as_if_it_had_never_been_sent(serv
     np.testing.assert_array_equal(ours.radio_map.poses, clean.radio_map.poses)
 
 
-def test_after_an_erasure_nothing_is_grown_from_what_knew_the_walk(service):
+def test_after_an_erasure_the_map_is_as_if_the_walk_had_never_been_sent(service, tmp_path):
     service.make_site()
     send(service, WALKS[:9])
-    service.post("/sites/office/walks", {"name": "mine", "contributor": "anna"}, expect=201)
+    service.send_walk(WALKS[9], device=WALKS[9].device, contributor="anna")
+    service.build()
+    assert newest(service)["made"] == "grown"
     service.ask("DELETE", "/contributors/anna", expect=200)
     service.build()
+    assert newest(service)["floors"][0]["why"] in ("walks were erased", "it was ordered")
+    service.make_site("clean")
+    send(service, WALKS[:9], "clean")
+    ours, clean = served(service, tmp_path), served(service, tmp_path, "clean")
+    np.testing.assert_array_equal(ours.radio_map.poses, clean.radio_map.poses)
+
+
+def test_floors_grow_apart_and_a_version_with_a_full_one_is_full(service):
+    service.make_site()
+    for floor in ("1", "2"):
+        for walk in WALKS[:8]:
+            service.send_walk(replace(walk, name=f"f{floor}-{walk.name}"), floor=floor)
+    service.build()
+    service.send_walk(replace(WALKS[8], name="f2-more"), floor="2")
+    service.build()
+    assert [(floor["made"], floor["laid"]) for floor in newest(service)["floors"]] == [("grown", 0), ("grown", 1)]
+    assert newest(service)["made"] == "grown"
+    for walk in WALKS[3:9]:
+        service.send_walk(replace(walk, name=f"f1-new-{walk.name}"), floor="1")
+    service.build()
+    assert [floor["made"] for floor in newest(service)["floors"]] == ["full", "grown"]
+    assert newest(service)["made"] == "full"
+
+
+def test_where_headings_are_unknown_every_version_is_full(service):
+    service.make_site(heading="unknown")
+    send(service, WALKS[:9])
+    send(service, WALKS[9:])
     assert newest(service)["made"] == "full"
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +26,7 @@ from radioslam.walk import Walk
 
 Skipped = list[tuple[str, str]]
 """Names of walks and why they are not on the map."""
+REASONS_TOLD = 2
 
 
 class Walks(Protocol):
@@ -48,7 +49,7 @@ class SiteMap:
 
     def summary(self) -> dict[str, Any]:
         """For JSON."""
-        grown = any(not one.why_full for one in self.floors)
+        grown = bool(self.floors) and all(not one.why_full for one in self.floors)
         return {
             "made": "grown" if grown else "full",
             "duration_s": round(self.duration_s, 3),
@@ -84,7 +85,7 @@ def make_map(walks: Walks, config: Config, folder: Path, tell: Callable[[str], N
     skipped = [*crowd.skipped, *failed, *_left_out_of_survey(crowd.surveyed, config)]
     surveyed = crowd.surveyed if _frame_is_known(config) else []
     if not made and not surveyed:
-        raise MappingError("; ".join(sorted({reason for _, reason in skipped})) or "expected walks, found none")
+        raise MappingError(_why_nothing([reason for _, reason in skipped]))
     tell("writing")
     _write(made, surveyed, config, folder)
     _write_standing(crowd, made, config, standing, folder)
@@ -177,6 +178,13 @@ def _left_out_of_survey(surveyed: list[Walk], config: Config) -> Skipped:
     if _frame_is_known(config):
         return []
     return [(walk.name, "known positions, but the site's starts are not known") for walk in surveyed]
+
+
+def _why_nothing(reasons: Sequence[str]) -> str:
+    """One line, however many walks there are."""
+    different = sorted(set(reasons))
+    more = f"; and {len(different) - REASONS_TOLD} other reasons" if len(different) > REASONS_TOLD else ""
+    return "; ".join(different[:REASONS_TOLD]) + more if different else "expected walks, found none"
 
 
 def _frame_is_known(config: Config) -> bool:
