@@ -182,6 +182,12 @@ def test_an_empty_scan_is_similar_to_nothing():
     np.testing.assert_array_equal(pair_similarity(strengths, np.array([0, 0]), np.array([1, 2])), [0.0, 0.0])
 
 
+def test_two_scans_that_heard_nothing_are_not_similar_also_where_nobody_heard_anything():
+    silent = sparse.csr_array((3, 2))
+    np.testing.assert_array_equal(pair_similarity(silent, np.array([0]), np.array([1])), [0.0])
+    assert joined([[0.0, 0.0], [0.0, 0.0], [1.0, 1.0]], 0.0) == {}
+
+
 def test_no_pairs_asked_for_are_no_pairs():
     assert len(pair_similarity(sparse.csr_array(np.eye(3)), np.zeros(0, np.int64), np.zeros(0, np.int64))) == 0
 

@@ -211,5 +211,5 @@ def _products(tile: Array, own: Integers, number: Integers, strength: Array, oth
         terms = np.take(tile, place)
         terms *= np.take(strength, b, axis=1)
         # One row after the other, also where there is one column, which sum would add up in another order.
-        product[k : k + part] = terms.sum(axis=0) if len(a) > 1 else terms.cumsum()[-1]
+        product[k : k + part] = terms.cumsum()[-1:] if terms.shape[1] == 1 and len(terms) else terms.sum(axis=0)
     return product

@@ -82,7 +82,8 @@ def test_layers_show_what_the_service_says(browser, server, keys):
 def test_the_access_point_is_switched(browser, server, keys):
     with office(browser, server, keys["read"]) as page:
         expect(page.locator("#access-point option")).not_to_have_count(0)
-        strongest = f"Math.max(...{TRACES}.find((trace) => trace.type === 'heatmap')?.z.flat().filter(Boolean))"
+        heat = f"{TRACES}.find((trace) => trace.type === 'heatmap')"  # none while it is loading
+        strongest = f"Math.max(...({heat}?.z.flat().filter(Boolean) ?? []))"
         for number in (3, 0):
             page.locator("#access-point").select_option(index=number)
             name = page.locator("#access-point").input_value()
