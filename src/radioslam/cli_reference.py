@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from radioslam.cli_options import AsJson, ConfigFile, Force, Out, Overrides, Quiet
+
 Clouds = Annotated[
     list[Path], typer.Argument(metavar="CLOUDS...", help="Folders of PLY, PCD or depth images, or walks with clouds/.")
 ]
@@ -23,9 +25,7 @@ def reference(
     odometry: Annotated[
         Path | None, typer.Option(help="TUM trajectory; default: trajectory.tum or NAME.pose.txt beside the clouds.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder to write; made whole or not at all.")] = Path(
-        "reference"
-    ),
+    out: Out = Path("reference"),
     planar: Annotated[
         bool | None, typer.Option("--planar/--spatial", help="Default: planar where odometry is.", show_default=False)
     ] = None,
@@ -33,13 +33,11 @@ def reference(
     preset: Annotated[
         str | None, typer.Option(help="default, paper, or lidar for scanners that look all around.", show_default=False)
     ] = None,
-    config: Annotated[Path | None, typer.Option(help="TOML file with any of the keys.")] = None,
-    set_: Annotated[
-        list[str] | None, typer.Option("--set", metavar="GROUP.KEY=VALUE", help="One key; repeatable.")
-    ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Replace the folder if it exists.")] = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print errors only.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    config: ConfigFile = None,
+    set_: Overrides = None,
+    force: Force = False,
+    quiet: Quiet = False,
+    as_json: AsJson = False,
 ) -> None:
     """Reference paths from point clouds: loops by registration, pose graph, trajectories for `evaluate`."""
     from radioslam.config import load_config
